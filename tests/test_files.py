@@ -161,6 +161,21 @@ def test_a_folder_is_refused_before_anything_is_written(tmp_path: Path) -> None:
         pytest.fail("it was opened")
 
 
+def test_a_named_pipe_is_not_waited_for_and_that_of_a_shell_is_read_to_its_end(
+    tmp_path: Path,
+) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ConfigError, match=r"pipe: cannot be read \(it is a pipe\); give a file"):
+        read_bytes(tmp_path / "pipe", ConfigError, "give a file")
+    with pytest.raises(ConfigError, match=r"cannot be read \(Is a directory\)"):
+        read_bytes(tmp_path, ConfigError, "give a file")
+    ours, theirs = os.pipe()
+    os.write(theirs, b"go forward")
+    os.close(theirs)
+    assert read_bytes(Path(f"/dev/fd/{ours}"), ConfigError, "") == b"go forward"
+    os.close(ours)
+
+
 def test_a_pipe_is_written_directly(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

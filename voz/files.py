@@ -26,6 +26,9 @@ MAX_SETTINGS_BYTES = 1_000_000
 OPEN_FILES_FOLDER = Path("/proc/self/fd")
 """Names of the files that this process has open."""
 
+OPEN_PIPES = ("/dev/fd/", "/dev/stdin", "/proc/")
+"""How the names of pipes begin that are open already, as those of `<(...)`."""
+
 
 def shown_path(path: Path) -> str:
     """A path as text for messages and JSON; bytes that are not UTF-8 are escaped."""
@@ -53,7 +56,7 @@ def read_bytes(
     """Read a whole file that a user named.
 
     Args:
-        path: a pipe, as of `<(...)`, is read to its end.
+        path: a pipe, as of `<(...)`, is read to its end; one with a name of its own is refused.
         error_type: what is raised if it cannot be read.
         advice: what the user can do then.
         limit: the largest size, bytes.
@@ -62,7 +65,7 @@ def read_bytes(
         VozError: the file cannot be read or is too large; of `error_type`.
     """
     try:
-        with path.open("rb") as file:
+        with open_to_read(path) as file:
             data = file.read(limit + 1)
     except OSError as error:
         raise error_type(f"{shown_path(path)}: cannot be read ({error.strerror})", advice) from None
@@ -71,6 +74,24 @@ def read_bytes(
     if len(data) > limit:
         raise error_type(f"{shown_path(path)}: is larger than {limit:,} bytes", advice)
     return data
+
+
+def open_to_read(path: Path) -> IO[bytes]:
+    """Open a file that a user named; nobody may ever write to a named pipe, so that is refused.
+
+    Raises:
+        OSError: it cannot be opened, or is a named pipe.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        is_pipe = stat.S_ISFIFO(os.fstat(descriptor).st_mode)
+        if is_pipe and not str(path.absolute()).startswith(OPEN_PIPES):
+            raise OSError(errno.ESPIPE, "it is a pipe", str(path))
+        os.set_blocking(descriptor, True)
+        return os.fdopen(descriptor, "rb")
+    except OSError:
+        os.close(descriptor)
+        raise
 
 
 def read_text(

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
 from voz.config import Config
 from voz.control.table import CommandTable
+from voz.errors import VozError
 from voz.events import Notice
+from voz.files import shown_path
 from voz.inbox import Inbox, Renewal
 from voz.language.build import build
 from voz.language.command_source import CommandSource
@@ -24,11 +29,16 @@ from voz.run.renewal import check_renewal, describe_renewal, list_files, read_li
 RELOAD_CHECK_INTERVAL = 0.5
 """Time between two checks of the files, s; one that is still being written changes meanwhile."""
 
-MAX_WARNINGS = 3
-"""Of a new list, that are shown."""
+READ_TIMEOUT = 5.0
+"""After which what reads the files is not waited for, s: a function's import may never end."""
 
-FileVersion: TypeAlias = tuple[int, int, int]
-"""Modification time, inode and size of a file."""
+MAX_WARNINGS = 3
+"""Of a new list, or about files that are gone, that are shown."""
+
+GONE = "is gone"
+
+FileVersion: TypeAlias = tuple[int, int, int] | str
+"""Modification time, inode and size of a file; or what is wrong with it, for people."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +47,40 @@ class SettingsFile:
 
     path: Path
     read: Callable[[], Config]
+
+
+@dataclass(frozen=True)
+class NewCommands:
+    """What was read of files that were saved, and can be used."""
+
+    changed: Sequence[Path]
+    settings: Config
+    source: CommandSource | None
+
+
+class Reading:
+    """Reads files that were saved, on a thread of its own, for it may never end."""
+
+    def __init__(self, read: Callable[[Reading], NewCommands]) -> None:
+        """Begin; `read` keeps `doing` and `advice` up to date, for people."""
+        self.doing, self.advice = "reading the files", ""
+        self.told_late = False
+        self._result: NewCommands | BaseException | None = None
+        self._thread = threading.Thread(
+            target=self._work, args=(read,), name="voz-reload-reading", daemon=True
+        )
+        self._thread.start()
+
+    def _work(self, read: Callable[[Reading], NewCommands]) -> None:
+        try:
+            self._result = read(self)
+        except BaseException as error:  # `sys.exit` in a user's module too
+            self._result = error
+
+    def result(self, timeout: float) -> NewCommands | BaseException | None:
+        """What was read, or why it cannot be used; None if that is not known after a time, s."""
+        self._thread.join(timeout)
+        return self._result
 
 
 class CommandReload:
@@ -72,7 +116,10 @@ class CommandReload:
         self._inbox = inbox
         self._clock = clock
         self._end = threading.Event()
+        self._listed: list[Path] = []  # the list, and what is read with it
+        self._find_listed()
         self._used = self._seen = self._versions()
+        self._reading: Reading | None = None
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -86,33 +133,69 @@ class CommandReload:
 
     def _watch(self) -> None:
         while not self._end.wait(RELOAD_CHECK_INTERVAL):
-            now = self._versions()
-            complete, self._seen = now == self._seen, now
-            if complete and now != self._used:
-                changed = [p for p in {**self._used, **now} if self._used.get(p) != now.get(p)]
-                self._used = now
-                self._take(changed)
+            try:
+                self.look()
+            except Exception as error:  # whatever it is, the next save may be good
+                self._tell(_refusal(error))
 
-    def _take(self, changed: list[Path]) -> None:
-        """Check what was saved; if it can be used, stop the robot and use it."""
+    def look(self) -> None:
+        """Take what was saved since, once it has not changed between two calls."""
+        now = self._versions()
+        complete, self._seen = now == self._seen, now
+        changed = [path for path in now if self._used.get(path) != now[path]]
+        if complete and changed:
+            self._used = now
+            lost = [path for path in changed if isinstance(now[path], str)]
+            for path in lost[:MAX_WARNINGS]:
+                self._tell(f"{shown_path(path)} {now[path]}: the commands stay as they were")
+            if saved := [path for path in changed if path not in lost]:
+                self._reading = Reading(lambda reading: self._read(saved, reading))
+        if self._reading:
+            self._take(self._reading)
+
+    def _read(self, changed: Sequence[Path], reading: Reading) -> NewCommands:
+        """Read what was saved; raises VozError, or what a user's module raises."""
         files, old = self._recognizer.files, self._settings
-        try:
-            in_file = self._settings_file
-            new = in_file.read() if in_file and in_file.path in changed else old
-            listed = not set(changed).isdisjoint(list_files(files))
-            source = read_list_again(files, new) if listed else None
-            before = self._recognizer.commands
-            after = source.commands if source else before
-            check_list(after, new.table, source.name if source else "the list of commands")
-            check_renewal(old, new, before, after)
-            self._load_functions(new.table)
-        except Exception as error:  # whatever it is, the next one may be good
-            self._inbox.put(Notice(self._clock.now(), _refusal(error)))
+        in_file = self._settings_file
+        new = in_file.read() if in_file and in_file.path in changed else old
+        listed = not set(changed).isdisjoint(self._listed)
+        source = read_list_again(files, new) if listed else None
+        before = self._recognizer.commands
+        after = source.commands if source else before
+        check_list(after, new.table, source.name if source else "the list of commands")
+        check_renewal(old, new, before, after)
+        if calls := sorted(_functions(new.table) - _functions(old.table)):
+            reading.doing, reading.advice = (
+                f"importing {calls[0]}",
+                "; mend it, and start voz again",
+            )
+        self._load_functions(new.table)
+        return NewCommands(changed, new, source)
+
+    def _take(self, reading: Reading) -> None:
+        """Use what was read; if it is late, go on watching, as a later save may be good."""
+        read = reading.result(0 if reading.told_late else READ_TIMEOUT)
+        if read is None:
+            if not reading.told_late:
+                late = f"{reading.doing} has not ended after {READ_TIMEOUT:g} s{reading.advice}"
+                self._tell(f"the new commands are not taken: {late}")
+            reading.told_late = True
             return
-        self._inbox.put(Renewal(f"{changed[0]} was saved", self._clock.now(), under_way=True))
+        self._reading = None
+        if isinstance(read, BaseException):
+            self._tell(_refusal(read))
+        else:
+            self._use(read)
+
+    def _use(self, read: NewCommands) -> None:
+        """Stop the robot, and use the new commands."""
+        files, old, new = self._recognizer.files, self._settings, read.settings
+        before = self._recognizer.commands
+        saved = f"{shown_path(read.changed[0])} was saved"
+        self._inbox.put(Renewal(saved, self._clock.now(), under_way=True))
         told, table = "", None
         try:
-            self._renew_list(source, new.table, files.fingerprint in changed)
+            self._renew_list(read.source, new.table, files.fingerprint in read.changed)
             told, table = describe_renewal(old, new, before, self._recognizer.commands), new.table
             self._settings = new
         except Exception as error:
@@ -124,27 +207,51 @@ class CommandReload:
         files = self._recognizer.files
         if source:
             warnings = build(Path(source.name), files.folder, source).warnings
-            self._used = {**self._used, **_version(files.fingerprint)}
+            self._used = {**self._used, **_versions([files.fingerprint])}
             for warning in warnings[:MAX_WARNINGS]:
-                self._inbox.put(Notice(self._clock.now(), warning))
+                self._tell(warning)
         if source or built:
             self._recognizer.reload(lambda commands: check_list(commands, table, "the new list"))
+            self._find_listed()
+            new = [path for path in self._listed if path not in self._used]  # which it imports now
+            self._used = {**self._used, **_versions(new)}
+
+    def _find_listed(self) -> None:
+        with suppress(VozError, OSError):  # else those of before are watched
+            self._listed = list_files(self._recognizer.files)
 
     def _versions(self) -> dict[Path, FileVersion]:
-        files = self._recognizer.files
         own = [self._settings_file.path] if self._settings_file else []
-        paths = (*own, *list_files(files), files.fingerprint)
-        return {path: version for each in paths for path, version in _version(each).items()}
+        return _versions([*own, *self._listed, self._recognizer.files.fingerprint])
+
+    def _tell(self, text: str) -> None:
+        self._inbox.put(Notice(self._clock.now(), text))
 
 
-def _version(path: Path) -> dict[Path, FileVersion]:
-    """The version of a file; none while it is being replaced."""
+def _versions(paths: Iterable[Path]) -> dict[Path, FileVersion]:
+    return {path: _version(path) for path in paths}
+
+
+def _version(path: Path) -> FileVersion:
+    """The version of a file that can be read; else what is there, without opening it."""
     try:
         found = path.stat()
-    except OSError:
-        return {}
-    return {path: (found.st_mtime_ns, found.st_ino, found.st_size)}
+    except (FileNotFoundError, NotADirectoryError):
+        return GONE
+    except (OSError, ValueError) as error:
+        return f"cannot be read ({getattr(error, 'strerror', error)})"
+    if stat.S_ISDIR(found.st_mode):
+        return "is a folder now"
+    if not stat.S_ISREG(found.st_mode):
+        return "is no file any more"
+    if not os.access(path, os.R_OK, effective_ids=True):
+        return f"cannot be read ({os.strerror(errno.EACCES)})"
+    return found.st_mtime_ns, found.st_ino, found.st_size
 
 
-def _refusal(error: Exception) -> str:
+def _functions(table: CommandTable) -> set[str]:
+    return {str(step.call[0]) for _, _, step in table.all_steps() if step.call}
+
+
+def _refusal(error: BaseException) -> str:
     return f"the new commands are not taken: {error_line(error)}"

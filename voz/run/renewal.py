@@ -28,15 +28,20 @@ BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 
 
 def list_files(files: LanguageFiles) -> list[Path]:
-    """Return the files that users write from which the language files were made, the list first."""
-    sources = list_sources(files)
-    beside = [sources[0].parent / name for name in BESIDE_THE_LIST] if sources else []
-    return [path for path in (*sources, *beside) if path.is_file()]
+    """Return the files that users write from which the language files are made, the list first.
+
+    Those of a list that was deleted too, and what may be beside it.
+
+    Raises:
+        LanguageError: the language files cannot be used.
+    """
+    sources = list_sources(files) or [files.commands]
+    return [*sources, *(sources[0].parent / name for name in BESIDE_THE_LIST)]
 
 
 def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
     """Read the list of language files; raises VozError if it cannot be used with the settings."""
-    path = list_sources(files)[0]
+    path = list_files(files)[0]
     source = read_list(path, configured_language(settings.language))
     expected = path.parent / EXPECTED_SENTENCES_FILE
     if expected.is_file():

@@ -15,7 +15,7 @@ from pathlib import Path
 from voz.checksum import sha256
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, shown_path
-from voz.language.acoustics.acoustic_model import unusable_model
+from voz.language.acoustics.acoustic_model import read_model_file
 from voz.language.acoustics.language_info import LanguageInfo
 from voz.language.acoustics.model_distances import compute_distances
 from voz.language.pronunciation.dictionaries import LetterRules, read_dictionary, read_rules
@@ -109,11 +109,8 @@ def model_digest(folder: Path) -> str:
     """The SHA-256 of an acoustic model; raises LanguageError if a file is missing."""
     weights = [name for name in WEIGHT_FILES if (folder / name).is_file()]
     total = sha256()
-    try:
-        for name in (*MODEL_FILES, *(weights or WEIGHT_FILES[:1])):
-            total.update((folder / name).read_bytes())
-    except OSError as error:
-        raise unusable_model(folder, f"{name}: {error.strerror}") from None
+    for name in (*MODEL_FILES, *(weights or WEIGHT_FILES[:1])):
+        total.update(read_model_file(folder, name))
     return total.hexdigest()
 
 

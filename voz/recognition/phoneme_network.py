@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import Samples
+from voz.files import shown_path
 from voz.process.one_thread import on_one_thread
 from voz.recognition.network_file import (
     DEFAULT_NETWORK,
@@ -43,6 +44,9 @@ DEPTHWISE = 31
 
 TINY = 1e-5
 """Added to a variance."""
+
+_PROBE: Samples = np.random.default_rng(0).integers(-8000, 8000, SHORTEST).astype(np.int16)
+"""Noise that any network can hear."""
 
 ERROR_FUNCTION = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592, 0.0)
 
@@ -81,15 +85,16 @@ class PhonemeNetwork:
         """Load a file of weights; raises UnknownNetworkError."""
         weights, description, self.fingerprint = read_network(path)
         self.symbols = tuple(description.symbols)
+        if why := _misfit(weights, self.symbols):
+            raise UnknownNetworkError(f"{shown_path(path)}: {why}")
         self._real, self._imaginary = spectrum_kernels()
-        try:
-            self._bands = weights["bands"]
-            self._first, self._last = (_layer(weights, name) for name in ("first", "last"))
-            self._blocks = [_block(weights, number) for number in range(BLOCKS)]
-        except KeyError as error:
-            raise UnknownNetworkError(f"{path}: holds no tensor {error}") from error
-        if self._last.bias.shape != (len(self.symbols),) or self.symbols[-BLANKS:] != BLANK_SYMBOLS:
-            raise UnknownNetworkError(f"{path}: has symbols that do not fit its weights")
+        self._bands = weights["bands"]
+        self._first, self._last = (_layer(weights, name) for name in ("first", "last"))
+        self._blocks = [_block(weights, number) for number in range(BLOCKS)]
+        with np.errstate(all="ignore"):
+            heard = self.log_probabilities(_PROBE)
+        if not np.isfinite(heard).all() or not np.ptp(heard, axis=0).any():
+            raise UnknownNetworkError(f"{shown_path(path)}: has weights that hear nothing")
 
     @on_one_thread
     def log_probabilities(self, samples: Samples) -> Floats:
@@ -198,6 +203,50 @@ def spectrum_kernels() -> tuple[Floats, Floats]:
     angle = 2 * np.pi / WINDOW * np.outer(place, np.arange(WINDOW // 2 + 1))
     real, imaginary = (window[:, np.newaxis] * part for part in (np.cos(angle), -np.sin(angle)))
     return real.astype(np.float32), imaginary.astype(np.float32)
+
+
+def _misfit(weights: Mapping[str, Floats], symbols: Sequence[str]) -> str | None:
+    """Why tensors are not those of the network; None if they are."""
+    for name, shape in _shapes(weights, len(symbols)).items():
+        if name not in weights:
+            return f"holds no tensor {name!r}"
+        if name == "last.bias" and weights[name].shape != shape:
+            return "has symbols that do not fit its weights"
+        if weights[name].shape != shape:
+            return f"has a tensor {name} of shape {weights[name].shape} in place of {shape}"
+    if tuple(symbols[-BLANKS:]) != BLANK_SYMBOLS or len(set(symbols)) != len(symbols):
+        return "has symbols that are none of a network of voz"
+    return None
+
+
+def _shapes(weights: Mapping[str, Floats], symbols: int) -> dict[str, tuple[int, ...]]:
+    """The shape of each tensor, by the widths of some of them and the number of symbols."""
+
+    def last_size(name: str) -> int:
+        return weights[name].shape[-1] if name in weights and weights[name].ndim else 0
+
+    bands, inner = last_size("bands"), last_size("blocks.0.ffn1.fc1.bias")
+    width = last_size("first.bias") // HEADS * HEADS
+    layers = {
+        "ffn1.fc1": (width, inner),
+        "ffn1.fc2": (inner, width),
+        "attn.in_proj": (width, 3 * width),
+        "attn.out_proj": (width, width),
+        "conv.pointwise1": (width, 2 * width),
+        "conv.depthwise": (DEPTHWISE, width),
+        "conv.pointwise2": (width, width),
+        "ffn2.fc1": (width, inner),
+        "ffn2.fc2": (inner, width),
+    }
+    whole = {"first": (3 * bands, width), "last": (width, symbols)}
+    for number in range(BLOCKS):
+        whole |= {f"blocks.{number}.{name}": layers[name] for name in LAYERS}
+    shapes: dict[str, tuple[int, ...]] = {"bands": (WINDOW // 2 + 1, bands)}
+    for name, (inputs, outputs) in whole.items():
+        shapes |= {f"{name}.bias": (outputs,), f"{name}.weight": (inputs, outputs)}
+    for name in (f"blocks.{number}.{norm}" for number in range(BLOCKS) for norm in NORMS):
+        shapes |= {f"{name}.weight": (width,), f"{name}.bias": (width,)}
+    return shapes
 
 
 def _block(weights: Mapping[str, Floats], number: int) -> ConformerBlock:

@@ -54,6 +54,7 @@ the word before it ends later (`benchmarks/word_times.py`).
 MAX_LEAD_BONUS = 6.0
 """Most nats for being ahead of the next best command."""
 
+NETWORK_ADVICE = "name a file of weights that `training/teach.py` made"
 
 MAX_PLAYBACK_LAG = 2
 """Moments by which the network may find a phone sooner or later in playback than in its echo."""
@@ -137,6 +138,8 @@ class PhonemeScorer:
         self._network = load_network(network)
         known = {word: list(spelled) for word, spelled in spellings.items()}
         symbols = read_phone_symbols()
+        if lacking := {s for sounds in symbols.values() for s in sounds} - {*self._network.symbols}:
+            raise ConfigError(f"{network}: has no symbol {min(lacking)}; {NETWORK_ADVICE}")
         unknown = {p for spelled in known.values() for phones in spelled for p in phones}
         unknown -= {*symbols}
         if unknown:
@@ -240,8 +243,7 @@ def load_network(file: str | None = None) -> PhonemeNetwork:
     try:
         return PhonemeNetwork(Path(file or DEFAULT_NETWORK))
     except UnknownNetworkError as error:
-        advice = "name a file of weights that `training/teach.py` made"
-        raise ConfigError(f"{error}; {advice}") from None
+        raise ConfigError(f"{error}; {NETWORK_ADVICE}") from None
 
 
 def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:

@@ -129,6 +129,15 @@ def test_a_truncated_flac(tmp_path: Path) -> None:
     error_of(truncated(path, path.stat().st_size // 2))
 
 
+@pytest.mark.parametrize("channels", [1, 2])
+def test_floats_that_nobody_scaled_are_cut_off_without_a_warning(
+    channels: int, tmp_path: Path
+) -> None:
+    samples = np.full((SAMPLE_RATE, channels), 3e38, np.float32)
+    soundfile.write(tmp_path / "a.wav", samples, SAMPLE_RATE, "FLOAT")
+    assert np.median(read(tmp_path / "a.wav")) == 32767
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_samples_that_are_no_numbers(value: float, tmp_path: Path) -> None:
     samples = tone(SAMPLE_RATE)

@@ -147,3 +147,37 @@ def test_files_of_different_models_are_refused(copied: Path) -> None:
     (copied / "means").write_bytes(data[:at] + counts + data[at + 16 :])
     with pytest.raises(LanguageError, match="another number of phones in mdef than in means"):
         AcousticModel(copied)
+
+
+@pytest.mark.parametrize("name", ["means", "variances"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_gaussians_that_are_no_numbers_are_refused(name: str, value: float, copied: Path) -> None:
+    data = (copied / name).read_bytes()
+    (copied / name).write_bytes(data[:-8] + struct.pack("<f", value) + data[-4:])
+    with pytest.raises(LanguageError, match="values that are no numbers"):
+        AcousticModel(copied)
+
+
+@pytest.mark.parametrize("counts", [(2**31 - 1, 3, 2**31 - 1), (-1, 3, 1), (10**6, 3, 128)])
+def test_a_file_that_claims_more_than_it_has_is_refused(
+    counts: tuple[int, int, int], copied: Path
+) -> None:
+    data = (copied / "means").read_bytes()
+    at = data.index(b"endhdr\n") + len(b"endhdr\n") + 4
+    (copied / "means").write_bytes(data[:at] + struct.pack("<3i", *counts) + data[at + 12 :])
+    with pytest.raises(LanguageError, match="another number of values than it claims"):
+        AcousticModel(copied)
+
+
+def test_a_text_of_negative_length_does_not_keep_the_reader_for_ever(copied: Path) -> None:
+    data = (copied / "sendump").read_bytes()
+    (copied / "sendump").write_bytes(struct.pack("<i", -4) + data[4:])
+    with pytest.raises(LanguageError, match="cannot be used"):
+        AcousticModel(copied)
+
+
+def test_a_file_larger_than_any_model_is_not_read(copied: Path) -> None:
+    with (copied / "means").open("r+b") as file:
+        file.truncate(10**12)
+    with pytest.raises(LanguageError, match="means: is larger than 100,000,000 bytes"):
+        AcousticModel(copied)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
-from voz.audio.capture.arrays import ArrayConverter
+from voz.audio.capture.arrays import MAX_CHANNELS, ArrayConverter
 from voz.errors import AudioError
 
 PIPE_BLOCK_SECONDS = 0.1
@@ -68,6 +68,8 @@ def _wav(stream: BufferedReader) -> tuple[ArrayConverter, Iterator[npt.NDArray[n
     if file.getsampwidth() != SAMPLE_BYTES:
         raise AudioError(f"-: has samples of {8 * file.getsampwidth()} bits; pipe 16")
     channels = file.getnchannels()
+    if channels > MAX_CHANNELS:
+        raise AudioError(f"-: has {channels} channels; pipe one")
 
     def arrays() -> Iterator[npt.NDArray[np.int16]]:
         while data := file.readframes(max(1, int(file.getframerate() * PIPE_BLOCK_SECONDS))):

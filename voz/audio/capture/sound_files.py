@@ -23,6 +23,9 @@ READ_BLOCK_SECONDS = 1.0
 MIN_SAMPLE_RATE, MAX_SAMPLE_RATE = 4000, 768_000
 """Hz; below there is no speech, above the header is broken."""
 
+LOUDEST_FLOAT = 32768.0
+"""Floats go from -1 to 1; those that were not scaled go up to this, and above, sums overflow."""
+
 MAX_SOUND_SECONDS = 600.0
 """A sound that is played is held in memory, 12 MB a minute."""
 
@@ -148,11 +151,11 @@ def _read_resampled(
     resampler = soxr.ResampleStream(file.samplerate, rate, 1, dtype="float32")
     size = int(READ_BLOCK_SECONDS * file.samplerate) // file.channels + 1
     while len(channels := file.read(size, dtype="float32", always_2d=True)):
-        mono = channels.mean(axis=1)
-        if not np.isfinite(mono).all():
+        if not np.isfinite(channels).all():
             raise AudioError(
                 f"{shown_path(path)}: holds samples that are no numbers; export it again"
             )
+        mono = np.clip(channels, -LOUDEST_FLOAT, LOUDEST_FLOAT).mean(axis=1)
         yield resampler.resample_chunk(mono)
     yield resampler.resample_chunk(np.empty(0, np.float32), last=True)
 

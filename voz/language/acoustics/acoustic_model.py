@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.errors import LanguageError
+from voz.files import read_bytes
 
 CEPSTRA = 13
 """Coefficients of a frame, in each stream."""
@@ -42,6 +43,8 @@ SILENCE_PHONE = "SIL"
 BYTE_ORDER = 0x11223344
 """The first word of a little-endian file."""
 
+MODEL_ADVICE = "give a folder in the format of CMUSphinx, or install pocketsphinx again"
+
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -53,10 +56,15 @@ def read_phones(folder: Path) -> list[str]:
         LanguageError: the file is missing or is not part of a model.
     """
     try:
-        data = (folder / "mdef").read_bytes()
+        data = read_model_file(folder, "mdef")
         return _text_phones(data) if data.startswith(b"0.3") else _binary_phones(data)
-    except (OSError, ValueError, struct.error) as error:
+    except (ValueError, OverflowError, struct.error) as error:
         raise unusable_model(folder, error) from error
+
+
+def read_model_file(folder: Path, name: str) -> bytes:
+    """Read one of the files of a model; raises LanguageError."""
+    return read_bytes(folder / name, LanguageError, MODEL_ADVICE)
 
 
 def spoken_phones(phones: Iterable[str]) -> list[str]:
@@ -66,10 +74,7 @@ def spoken_phones(phones: Iterable[str]) -> list[str]:
 
 def unusable_model(folder: Path, why: object) -> LanguageError:
     """The error for a model that cannot be used."""
-    return LanguageError(
-        f"{folder}: the acoustic model cannot be used ({why})",
-        "give a folder in the format of CMUSphinx, or install pocketsphinx again",
-    )
+    return LanguageError(f"{folder}: the acoustic model cannot be used ({why})", MODEL_ADVICE)
 
 
 class AcousticModel:
@@ -89,12 +94,12 @@ class AcousticModel:
         """
         try:
             names = read_phones(folder)
-            self.means = _read_gaussians((folder / "means").read_bytes())
-            variances = _read_gaussians((folder / "variances").read_bytes())
-            self._weights = _read_weights((folder / "sendump").read_bytes(), self.means.shape[2])
+            self.means = _read_gaussians(read_model_file(folder, "means"))
+            variances = _read_gaussians(read_model_file(folder, "variances"))
+            self._weights = _read_weights(read_model_file(folder, "sendump"), self.means.shape[2])
             if not len(names) == len(self.means) == len(variances):
                 raise ValueError("another number of phones in mdef than in means")
-        except (OSError, ValueError, struct.error) as error:
+        except (ValueError, OverflowError, struct.error) as error:
             raise unusable_model(folder, error) from error
         self.variances = np.maximum(variances, VARIANCE_FLOOR)
         self.phones = {name: number for number, name in enumerate(names)}
@@ -116,13 +121,13 @@ class AcousticModel:
 def read_durations(folder: Path) -> Floats:
     """Read how many frames each phone lasts on average; raises LanguageError."""
     try:
-        data = (folder / "transition_matrices").read_bytes()
+        data = read_model_file(folder, "transition_matrices")
         at = _behind_header(data)
         order, phones, states, targets = struct.unpack_from("<I3i", data, at)
         if order != BYTE_ORDER or (states, targets) != (STATES_PER_PHONE, STATES_PER_PHONE + 1):
             raise ValueError("transition matrices of another kind")
-        counts = np.frombuffer(data, "<f4", phones * states * targets, at + 20)
-    except (OSError, ValueError, struct.error) as error:
+        counts = _numbers(data, phones * states * targets, at + 20)
+    except (ValueError, OverflowError, struct.error) as error:
         raise unusable_model(folder, error) from error
     matrices = counts.reshape(phones, states, targets).astype(np.float64)
     stays = matrices[:, range(STATES_PER_PHONE), range(STATES_PER_PHONE)] / np.maximum(
@@ -154,6 +159,16 @@ def _behind_header(data: bytes) -> int:
     return data.index(mark) + len(mark)
 
 
+def _numbers(data: bytes, count: int, at: int) -> npt.NDArray[np.float32]:
+    """Return the 32-bit floats from a position on; raises ValueError if they are not there."""
+    if not 0 < 4 * count <= len(data) - at:
+        raise ValueError("another number of values than it claims")
+    found = np.frombuffer(data, "<f4", count, at)
+    if not np.isfinite(found).all():
+        raise ValueError("values that are no numbers")
+    return found
+
+
 def _read_gaussians(data: bytes) -> Floats:
     """Return an array of shape (phones, streams, Gaussians, 13)."""
     at = _behind_header(data)
@@ -162,14 +177,14 @@ def _read_gaussians(data: bytes) -> Floats:
     if order != BYTE_ORDER or lengths != (CEPSTRA,) * FEATURE_STREAMS:
         raise ValueError("Gaussians of another kind")
     floats = phones * streams * gaussians * CEPSTRA
-    numbers = np.frombuffer(data, "<f4", floats, at + 16 + 4 * streams + 4)
+    numbers = _numbers(data, floats, at + 16 + 4 * streams + 4)
     return numbers.reshape(phones, streams, gaussians, CEPSTRA).astype(np.float64)
 
 
 def _read_weights(data: bytes, gaussians: int) -> npt.NDArray[np.uint8]:
     """Return an array of shape (streams, Gaussians, senones)."""
     at = 0
-    while length := struct.unpack_from("<i", data, at)[0]:  # texts, then an empty one
+    while length := struct.unpack_from("<I", data, at)[0]:  # texts, then an empty one
         at += 4 + length
     rows, senones = struct.unpack_from("<2i", data, at + 4)
     if rows != gaussians:

@@ -8,3 +8,8 @@ def printable(text: str) -> str:
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
     )
+
+
+def printable_output(line: str) -> str:
+    """Make a line that another program printed safe, without its end; tabs become spaces."""
+    return printable(line.rstrip().expandtabs())

@@ -117,5 +117,19 @@ def test_a_wrong_call_cannot_write_on_the_terminal(arguments: list[Any]) -> None
     assert is_plain(line)
 
 
+@pytest.mark.parametrize("name", ["my $(touch owned) robot", "a;b", "-x", "it's", ESCAPES])
+def test_the_line_to_go_on_with_runs_nothing_but_itself(name: str, tmp_path: Path) -> None:
+    done = subprocess.run([*VOZ, "new", "--", name], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert is_plain((done.stdout + done.stderr).encode())
+    line = done.stderr.splitlines()[-1].removeprefix("go on with: ").removesuffix("; voz run")
+    there = subprocess.run(
+        ["sh", "-c", f"{line}; pwd"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    if name != ESCAPES:
+        assert there.stdout == f"{tmp_path / name}\n"
+
+
 def _path(folder: Path) -> str:
     return os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])

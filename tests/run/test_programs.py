@@ -57,6 +57,13 @@ def test_what_a_program_prints_is_shown_line_by_line_before_its_end_is_told() ->
     assert got == ["sh: one", r"sh: two\xff", Ended(0, "/bin/sh", "exit code 3")]
 
 
+def test_what_a_program_prints_cannot_write_on_the_terminal() -> None:
+    shown: queue.Queue[str] = queue.Queue()
+    with Programs(NONE, lambda _: None, shown.put) as programs:
+        programs.receive(Run(0, ("printf", r"\033]0;owned\007\033[2Ja\tb\n")))
+        assert shown.get(timeout=PATIENCE) == r"printf: \x1b]0;owned\x07\x1b[2Ja b"
+
+
 def test_a_program_whose_output_is_read_in_part_ends_without_a_word() -> None:
     shown: queue.Queue[str | Ended] = queue.Queue()
     # As ALSA's plugin for PulseAudio leaves it in a process that plays or records.

@@ -50,6 +50,13 @@ def test_a_command_is_shown_with_how_sure_and_how_soon() -> None:
     assert "go forward  87%  0.21 s" in line_with("go forward", display)
 
 
+def test_what_the_robot_says_is_text_and_no_markup_or_escape() -> None:
+    display = a_display(note="\x1b[2J")
+    display.receive(Reply(1.0, "[red]a[/b] \x1b[2J"))
+    assert r"[red]a[/b] \x1b[2J" in line_with("says", display)
+    assert "\x1b[2J" not in shown(display)
+
+
 def test_it_shows_how_loud_the_room_is_and_how_far_the_speaker_stands_out_of_it() -> None:
     display = a_display()
     assert "-52 dB" in line_with("room", display)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -37,4 +38,4 @@ def new(
 
     for path in make_robot_folder(folder, robot_type):
         show(f"{shown_path(path)}: {FILES_ARE[path.name]}")
-    info(f"go on with: cd {shown_path(folder)}; voz run")
+    info(f"go on with: cd -- {shlex.quote(shown_path(folder))}; voz run")

@@ -107,7 +107,8 @@ def call(arguments: Sequence[str] | None = None) -> int:
         return code
     except (VozError, OSError) as error:
         if isinstance(error, RobotMistake) and {"-v", "--verbose"} & set(given):
-            traceback.print_exception(error.__cause__)
+            for line in "".join(traceback.format_exception(error.__cause__)).splitlines():
+                info(line)
         return _wrong_call(str(error))
     except UsageError as error:
         return _wrong_call(error.format_message())

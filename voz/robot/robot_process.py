@@ -20,6 +20,7 @@ import msgspec
 from voz.config import Config
 from voz.errors import RobotError, RobotMistake
 from voz.events import Event, to_json
+from voz.printable import printable_output
 from voz.robot.base import Robot
 
 PROCESS_EXIT_TIMEOUT = 1.0
@@ -148,7 +149,7 @@ class RobotProcess(Robot):
         with self._process.stdout as printed:
             while part := printed.readline(MAX_OUTPUT_LINE):
                 if line_is_new or part != "\n":
-                    self._show(part.rstrip("\n"))
+                    self._show(printable_output(part))
                 line_is_new = part.endswith("\n")
 
 

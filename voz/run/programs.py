@@ -21,6 +21,7 @@ from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
+from voz.printable import printable_output
 from voz.robot.user_code import describe_error, import_target, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
@@ -144,7 +145,7 @@ class Programs:
         name = Path(program.args[0]).name  # type: ignore[index,arg-type]
         with program.stdout as lines:
             while line := lines.readline(MAX_PROGRAM_LINE):
-                self._show(f"{name}: {line.rstrip()}")
+                self._show(printable_output(f"{name}: {line}"))
 
     def _call(self, event: Call) -> str:
         """Call a function; return what it raised. One that hangs cannot be ended."""

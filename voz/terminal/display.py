@@ -129,14 +129,14 @@ class Display:
         table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
         if self._selected is not None:
             table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
-        table.add_row("says", self._reply)
+        table.add_row("says", Text(printable(self._reply)))
         for number in range(MAX_LINES):
             label = "heard" if number == 0 else ""
             table.add_row(label, self._lines[number] if number < len(self._lines) else "")
         typing = self._typing()
         table.add_row("type", Text(typing + "▏"))
         if note := self._note():
-            table.add_row("", Text(note, "yellow"))
+            table.add_row("", Text(printable(note), "yellow"))
         keys = Text(TYPING_HELP if typing else KEYS_HELP, "dim")
         return Panel(Group(table), title=self._title(), subtitle=keys, width=PANEL_WIDTH)
 
@@ -144,7 +144,7 @@ class Display:
         if self._sound.deaf:
             return Text(" speaking ", "black on yellow")
         if not self._ear.awake:
-            return Text(f' asleep: say "{self._ear.name}" ')
+            return Text(printable(f' asleep: say "{self._ear.name}" '))
         if self._ear.listening:
             return Text(" listening ", "black on green")
         return Text(' say "start speech" ')

@@ -83,6 +83,28 @@ def test_systemd_itself_takes_it(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_systemd_takes_a_program_and_words_of_any_name(tmp_path: Path) -> None:
+    program = tmp_path / "a $b %h" / "voz"
+    program.parent.mkdir()
+    program.touch(0o755)
+    file = tmp_path / "voz.service"
+    words = ["run", "--config", "a\nExecStartPre=/bin/false\r\t\x1b.toml", "b\udcff"]
+    file.write_text(unit_text([str(program), *words], str(program.parent), {"PYTHONPATH": "\n"}))
+    assert len(file.read_text().splitlines()) == len(
+        unit_text(["a"], "/", {"ROS_IP": "1"}).splitlines()
+    )
+    done = systemd_analyze(tmp_path, "verify", file)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("name", ["a\nExecStartPre=touch owned", "a\r", "a ", "a\\", "a\udcff"])
+def test_a_folder_that_a_unit_cannot_hold_is_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).mkdir()
+    complaint = in_process("service", "install", "--print", cwd=tmp_path / name).complaint
+    assert "a unit cannot hold a folder" in complaint
+    assert complaint.isprintable()
+
+
 def test_what_a_voice_does_not_need_is_closed(tmp_path: Path) -> None:
     file = tmp_path / "voz.service"
     file.write_text(printed())

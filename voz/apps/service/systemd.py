@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import shlex
 import subprocess
 import sys
 import sysconfig
@@ -89,7 +90,7 @@ def _linger() -> str:
         return "it starts with the computer (`loginctl enable-linger` was called for that)"
     return (
         "it starts when you log in; to start it with the computer: "
-        f"sudo loginctl enable-linger {user}"
+        f"sudo loginctl enable-linger {shlex.quote(user)}"
     )
 
 

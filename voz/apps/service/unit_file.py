@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
+
+from voz.errors import ServiceError
 
 KEPT_VARIABLES = (
     "PULSE_SERVER",
@@ -20,6 +23,8 @@ KEPT_VARIABLES = (
     "PYTHONPATH",
 )
 """Environment variables that a run reads and a service would lack, most of them ROS's."""
+
+NO_TEXT = r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]"
 
 UNIT = """\
 [Unit]
@@ -63,11 +68,18 @@ def unit_text(command: Sequence[str], folder: str, environment: Mapping[str, str
     """Return the text of the unit that runs a command in a folder.
 
     `KEPT_VARIABLES` of the environment are kept.
+
+    Raises:
+        ServiceError: a unit cannot hold the name of the folder.
     """
+    if not folder.isprintable() or folder[-1:] in (" ", "\\"):
+        why = "a unit cannot hold a folder whose name has line breaks, other bytes, or such an end"
+        raise ServiceError(f"{folder}: {why}", "call it from a folder with another name")
     kept = {name: environment[name] for name in KEPT_VARIABLES if environment.get(name)}
     lines = [f"Environment={_quoted(f'{name}={value}')}\n" for name, value in kept.items()]
-    # In a command systemd also expands variables.
-    words = [_quoted(word).replace("$", "$$") for word in command]
+    program, *words = map(_quoted, command)
+    # In all words but the first, systemd also expands variables.
+    words = [program, *(word.replace("$", "$$") for word in words)]
     return UNIT.format(
         folder=folder.replace("%", "%%"), environment="".join(lines), command=" ".join(words)
     )
@@ -78,5 +90,10 @@ def _quoted(word: str) -> str:
     word = word.replace("%", "%%")
     if re.fullmatch(r"[\w@%+=:,./-]+", word, re.ASCII):
         return word
-    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    escaped = word.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{re.sub(NO_TEXT, _hexadecimal, escaped)}"'
+
+
+def _hexadecimal(character: re.Match[str]) -> str:
+    """A control character or a byte that is not UTF-8, as systemd reads it."""
+    return "".join(f"\\x{byte:02x}" for byte in os.fsencode(character[0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,7 +121,7 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
         if not path.is_file():
             raise LanguageError(
                 f"{path}: is missing; make the language files with `voz build-lm LIST --out "
-                f"{shown_path(path.parent)}`"
+                f"{shlex.quote(shown_path(path.parent))}`"
             )
     return files
 

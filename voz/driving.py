@@ -21,7 +21,7 @@ from voz.inbox import End, Inbox
 from voz.public_names import PublicNames
 from voz.recognition.live_utterances import MicrophoneUtterances
 from voz.records import check_type
-from voz.robot.base import Robot
+from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
@@ -71,6 +71,8 @@ class RobotController(PublicNames):
         Raises:
             ConfigError: an argument is something else, or the robot might not stop.
         """
+        if isinstance(robot, Robot):
+            check_receives(robot)
         self._robot = robot if isinstance(robot, Robot) else None
         self._opened = ExitStack()
         self._now = 0.0  # the time of the run that was reached, s

@@ -266,6 +266,8 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     (warning,) = [event["text"] for event in result.json if event["type"] == "warning"]
     assert warning.startswith("the robot bad_robot:Bad is lost (OSError: the cable is out (")
     assert warning.endswith("bad_robot.py, line 6)): the robot stops")
+    assert result.code == 2
+    assert result.err.splitlines()[-1].startswith("voz: the robot bad_robot:Bad failed (OSError: ")
     assert changes(result) == [(0.1, 0), (0, 0)]
     moves = [event["linear"] for event in result.json if event["type"] == "cmd_vel"]
     assert moves[-4:] == [0, 0, 0, 0]

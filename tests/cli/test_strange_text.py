@@ -86,7 +86,7 @@ def test_typed_text_and_robots_cannot_write_on_the_terminal(tmp_path: Path) -> N
         "run", "--text", "-", "--no-sound", "--robot", "console,loud:Loud",
         stdin=f"start speech\n{ESCAPES}\n".encode(), PYTHONPATH=_path(tmp_path),
     )  # fmt: skip
-    assert done.returncode == 0
+    assert done.returncode == 2
     assert rb"\x1b]0;owned" in done.stdout
     assert is_plain(done.stdout + done.stderr)
 

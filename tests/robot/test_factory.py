@@ -79,7 +79,8 @@ def test_a_robot_of_the_users_own_is_a_class_in_a_module_here(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "my_wheels.py").write_text(
-        "from voz.robot.base import Robot\n\nclass Wheels(Robot):\n    pass\n"
+        "from voz.robot.base import Robot\n\nclass Wheels(Robot):\n"
+        "    def move(self, linear, angular): pass\n"
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -101,6 +102,62 @@ class Wheels(Robot):
 class Plain(Robot):
     pass
 """
+
+
+MISSPELT = """
+from voz.robot.base import Robot
+
+class Empty(Robot): pass
+
+class Mov(Robot):
+    def mov(self, linear, angular): pass
+
+class Moves(Mov):
+    def on_stop(self): pass
+
+class Recieve(Robot):
+    def recieve(self, event): pass
+
+class Comand(Robot):
+    def comand(self, name, slots): pass
+
+class Camel(Robot):
+    def onMove(self, linear, angular): pass
+
+class Later(Robot):
+    def __init__(self):
+        self.move = print
+
+class Mixed(Later, Mov): pass
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "advice"),
+    [
+        ("Empty", "write the one that it needs"),
+        ("Mov", "did you mean move?"),
+        ("Moves", "did you mean move?"),
+        ("Recieve", "did you mean receive?"),
+        ("Comand", "did you mean command?"),
+        ("Camel", "did you mean move?"),
+        ("Later", None),
+        ("Mixed", None),
+    ],
+)
+def test_a_robot_that_would_do_nothing_is_refused_with_what_may_be_meant(
+    kind: str, advice: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "misspelt.py").write_text(MISSPELT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "misspelt", raising=False)
+    if advice is None:
+        assert make_robots([f"misspelt:{kind}"], setup())
+        return
+    with pytest.raises(RobotError) as raised:
+        make_robots([f"misspelt:{kind}"], setup())
+    assert str(raised.value) == f"{kind} has none of move, command, receive; {advice}"
 
 
 @pytest.fixture

@@ -43,6 +43,7 @@ class Mine(Robot):
         self.log.write("closed\\n")
 
 class Shut(Robot):
+    move = None
     def open(self):
         raise OSError("no such port")
 
@@ -50,6 +51,7 @@ class Bad(Mine):
     gone = object()
 
 class Unreadable(Robot):
+    move = None
     def open(self):
         raise OSError("no port \\udcff")
 
@@ -102,7 +104,7 @@ def test_it_gets_the_events_in_order_prints_and_is_closed() -> None:
 
 
 def test_what_opening_raises_is_one_line_with_its_place() -> None:
-    with pytest.raises(RobotError, match=r"own:Shut cannot .*no such port \(own.py, line 23\)"):
+    with pytest.raises(RobotError, match=r"own:Shut cannot .*no such port \(own.py, line 24\)"):
         process("Shut").__enter__()
 
 

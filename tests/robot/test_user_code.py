@@ -17,6 +17,8 @@ from voz.robot.user_code import user_errors_as_mistake
 
 ARM = "from voz.robot.base import Robot\n\nclass Arm(Robot):\n"
 
+MOVE = "\n    def move(self, *_): pass"
+
 
 def used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, name: str = "my_arm:Arm"
@@ -55,8 +57,8 @@ def used(
         ("Arm = 1", "TypeError: 'int' object is not callable"),
         (ARM + "    def __init__(self, port): pass", "required positional argument: 'port'"),
         (ARM + "    def __init__(self): self.port", "has no attribute 'port' (my_arm.py, line 4)"),
-        (ARM + "    def open(self): open('/dev/none')", " (my_arm.py, line 4)"),
-        (ARM + "    def open(self): raise OSError('a\\nb')", "OSError: a b (my_arm.py, line 4)"),
+        (ARM + "    def open(self): open('/dev/none')" + MOVE, " (my_arm.py, line 4)"),
+        (ARM + "    def open(self): raise OSError('a\\nb')" + MOVE, ": a b (my_arm.py, line 4)"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_with_its_place(

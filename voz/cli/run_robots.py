@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 from voz.cli.text_io import info, warn
-from voz.errors import ConfigError
+from voz.errors import ConfigError, RobotError
 from voz.events import Event, Notice, Receiver
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def open_robots(
         setup = RobotSetup(settings, stream, take, watchdog, plan.verbose)
         robots = make_robots(names, setup)
         view = stack.enter_context(_drawn_room(robots, plan, settings))
-        receivers, troubles = stack.enter_context(_opened_robots(robots, plan.clocked))
+        receivers, troubles = stack.enter_context(_opened_robots(robots, plan))
         if view:
             receivers.append(view.receive)
         if CONSOLE not in names and not plan.has_display:
@@ -117,14 +117,17 @@ def _output_stream(plan: RobotPlan) -> Iterator[TextIO]:
 
 @contextmanager
 def _opened_robots(
-    robots: Mapping[str, Robot], clocked: bool
+    robots: Mapping[str, Robot], plan: RobotPlan
 ) -> Iterator[tuple[list[Receiver], Troubles]]:
     from voz.robot.factory import open_mailboxes, open_robots
 
-    if clocked:
+    if plan.clocked:
         with open_mailboxes(robots, warn) as boxes:
             receivers: list[Receiver] = [box.receive for box in boxes.values()]
             yield receivers, {name: box.lost for name, box in boxes.items()}
+        for name, box in boxes.items():
+            if box.failure and not plan.live:  # a live run goes on until a signal ends it
+                raise RobotError(f"the robot {name} failed ({box.failure})")
     else:
         with open_robots(robots):
             yield [robot.receive for robot in robots.values()], {}

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from difflib import SequenceMatcher
 from typing import TYPE_CHECKING
 
 from voz.control.bounded_motion import Place
+from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 
 if TYPE_CHECKING:
     from voz.simulation.world import WorldState
+
+RECEIVING = ("move", "command", "receive")
+"""The methods of which a robot has at least one of its own."""
+
+LEAST_LIKENESS = 0.7
+"""Of a method's name to one of those, from 0 to 1, for it to be meant."""
 
 
 class Robot:
@@ -89,3 +97,24 @@ class Robot:
 
     def close(self) -> None:
         """Release what `open` took; called once after the last event, which is zero velocity."""
+
+
+def check_receives(robot: Robot) -> None:
+    """Raise RobotError for a class whose robots would do nothing: its methods may be misspelt."""
+    if type(robot) is Robot or any(_has_own(robot, name) for name in RECEIVING):
+        return
+    names = [name for name in dir(robot) if not (name.startswith("_") or name in dir(Robot))]
+    near = [(_likeness(name, wanted), wanted) for name in names for wanted in RECEIVING]
+    likeness, meant = max(near, default=(0.0, ""))
+    raise RobotError(
+        f"{type(robot).__name__} has none of {', '.join(RECEIVING)}",
+        f"did you mean {meant}?" if likeness >= LEAST_LIKENESS else "write the one that it needs",
+    )
+
+
+def _has_own(robot: Robot, name: str) -> bool:
+    return getattr(getattr(robot, name), "__func__", None) is not vars(Robot)[name]
+
+
+def _likeness(name: str, wanted: str) -> float:
+    return SequenceMatcher(None, name.lower().replace("_", ""), wanted).ratio()

@@ -10,7 +10,7 @@ from typing import Any
 
 from voz.control.bounded_motion import Place
 from voz.errors import ConfigError, RobotError
-from voz.robot.base import Robot
+from voz.robot.base import Robot, check_receives
 from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.mailbox import Mailbox
 from voz.robot.robot_process import RobotProcess, RobotSpec
@@ -85,6 +85,8 @@ def make_user_robot(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Rob
     if arguments:
         _check_arguments(make, arguments, f"[own.{module}] in voz.toml")
     robot = make(**arguments)
+    if isinstance(robot, Robot):
+        check_receives(robot)
     for needed in ("open", "receive", "lost", "close"):
         if not callable(getattr(robot, needed, None)):
             raise RobotError(

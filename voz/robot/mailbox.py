@@ -125,6 +125,13 @@ class Mailbox:
         self._thread.join(ROBOT_CLOSING_TIME)
         self.hangs = self._thread.is_alive()
 
+    @property
+    def failure(self) -> str | None:
+        """Why the robot took no more events at the end; None if it took them all."""
+        return self._failure or (
+            "it did not take its last velocity in time" if self.hangs else None
+        )
+
     def finish(self) -> None:
         """Let the robot take the waiting events and close, without waiting for it."""
         with self._changed:

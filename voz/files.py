@@ -20,6 +20,9 @@ Kind = TypeVar("Kind")
 MAX_FILE_BYTES = 100_000_000
 """Default limit of a read, bytes; a comparison of 300,000 clips is smaller."""
 
+READ_BYTES = 1_000_000
+"""Of a file that are read at once, bytes."""
+
 MAX_SETTINGS_BYTES = 1_000_000
 """Limit of settings and of what voz learns, bytes."""
 
@@ -66,7 +69,7 @@ def read_bytes(
     """
     try:
         with open_to_read(path) as file:
-            data = file.read(limit + 1)
+            data = _read_up_to(file, limit + 1)
     except OSError as error:
         raise error_type(f"{shown_path(path)}: cannot be read ({error.strerror})", advice) from None
     except ValueError:  # a file name cannot contain a zero byte
@@ -74,6 +77,14 @@ def read_bytes(
     if len(data) > limit:
         raise error_type(f"{shown_path(path)}: is larger than {limit:,} bytes", advice)
     return data
+
+
+def _read_up_to(file: IO[bytes], most: int) -> bytes:
+    """Read to the end, or `most` bytes; Python makes room for as many as it is asked for."""
+    data = bytearray()
+    while len(data) < most and (part := file.read(min(READ_BYTES, most - len(data)))):
+        data += part
+    return bytes(data)
 
 
 def open_to_read(path: Path) -> IO[bytes]:

@@ -6,6 +6,8 @@ What takes its time to import is imported inside the subcommand that needs it, s
 
 from __future__ import annotations
 
+import sys
+
 from voz.process import setup, signals
 
 TYPE_CHECKING = False
@@ -34,10 +36,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from voz.cli.subcommands import call
 
         code = call(arguments)
-    except BaseException:
+    except BaseException as error:
         # Cut short by a signal, an import may raise anything.
         if signals.exit_code() is None:
-            raise
+            code = _without_memory(error)
     finally:
         signals.restore_default_handlers()
     discard_unwritable_output()
@@ -46,3 +48,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None and signals.is_audio_thread_left():
         signals.force_exit(code)
     return code
+
+
+def _without_memory(error: BaseException) -> int:
+    """Say in one line that there was not enough memory; raises any other error again."""
+    from voz.process.exit_codes import WRONG_CALL
+    from voz.process.memory import is_out_of_memory
+
+    if not is_out_of_memory(error):
+        raise error
+    print("voz: there is not enough memory; end other programs, or allow more", file=sys.stderr)
+    return WRONG_CALL

@@ -15,6 +15,7 @@ import typer
 from voz.cli.text_io import info, warn
 from voz.config import Config, load_config, overridden
 from voz.files import check_not_read
+from voz.process.memory import LEAST_MEMORY, check_memory
 from voz.settings import SpokenLanguage
 
 if TYPE_CHECKING:
@@ -178,6 +179,7 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def call(**values: Any) -> None:
         options = kind(**{name: values.pop(name) for name in shared})
+        check_memory(getattr(options, "least_memory", LEAST_MEMORY))
         command(options=options, **values)
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

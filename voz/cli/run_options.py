@@ -11,6 +11,7 @@ import typer
 from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions, ZeroconfOption
 from voz.config import Config
 from voz.errors import ConfigError
+from voz.process.memory import LEAST_MEMORY, LIVE_MEMORY
 from voz.robot.kinds import ROBOTS
 
 LOCAL = "127.0.0.1"
@@ -121,6 +122,11 @@ class RunOptions(RecognizerOptions):
     def live(self) -> bool:
         """Whether the microphone drives the robot."""
         return not (self.recordings or self.text or self.replay)
+
+    @property
+    def least_memory(self) -> int:
+        """The address space that the run needs, kB."""
+        return LIVE_MEMORY if self.live else LEAST_MEMORY
 
     def check(self) -> None:
         """Refuse options that exclude each other."""

@@ -10,6 +10,7 @@ import typer
 
 from voz.cli.options import ProfileOption, RecognizerOptions, ZeroconfOption, with_options
 from voz.cli.text_io import info, warn
+from voz.process.memory import LIVE_MEMORY
 
 
 @dataclass
@@ -21,6 +22,11 @@ class ServeOptions(RecognizerOptions):
     ] = "tcp://127.0.0.1:10300"
     zeroconf: ZeroconfOption = True
     profile: ProfileOption = None
+
+    @property
+    def least_memory(self) -> int:
+        """The address space that the server needs, kB."""
+        return LIVE_MEMORY
 
 
 @with_options

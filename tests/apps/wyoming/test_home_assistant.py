@@ -70,6 +70,11 @@ def test_its_version_is_that_of_voz_and_the_image_installs_what_it_needs() -> No
     assert "[wyoming]" in dockerfile
 
 
+def test_its_image_does_not_run_as_root() -> None:
+    lines = (ADD_ON / "Dockerfile").read_text().splitlines()
+    assert next(line for line in lines if line.startswith(("USER", "CMD"))) == "USER voz"
+
+
 class Supervisor(HTTPServer):
     """Takes what an add-on sends, as Home Assistant's Supervisor would."""
 
@@ -86,6 +91,13 @@ class SupervisorRequest(BaseHTTPRequestHandler):
         self.server.requests.put((self.path, self.headers["Authorization"], body))
         self.send_response(200)
         self.end_headers()
+
+    def do_GET(self) -> None:
+        assert self.headers["Authorization"] == "Bearer secret"
+        self.send_response(200 if self.path == "/addons/self/options/config" else 404)
+        self.end_headers()
+        answer = {"result": "ok", "data": {**CONFIG["options"], "commands": ["an {asked} one"]}}
+        self.wfile.write(json.dumps(answer).encode())
 
     def log_message(self, *_: object) -> None:
         pass
@@ -151,3 +163,18 @@ def test_a_list_that_cannot_be_ends_it_in_one_line(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert 'there is no list "place"' in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_options_that_cannot_be_read_are_asked_for(supervisor: Supervisor, tmp_path: Path) -> None:
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        "VOZ_DATA": str(tmp_path),
+        "VOZ_SUPERVISOR": f"http://127.0.0.1:{supervisor.server_port}",
+        "SUPERVISOR_TOKEN": "secret",
+    }
+    command = [sys.executable, str(ADD_ON / "start.py")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert 'there is no list "asked"' in done.stderr
+    assert list(tmp_path.iterdir()) == []

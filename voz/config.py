@@ -17,6 +17,7 @@ from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
 from voz.files import MAX_SETTINGS_BYTES, read_text
 from voz.public_names import PublicNames
+from voz.records import check_path
 from voz.settings import (
     Recognition,
     Recording,
@@ -112,7 +113,7 @@ def load_config(path: Path) -> Config:
     Raises:
         ConfigError: the file cannot be read or is no TOML, or a name, value or command is invalid.
     """
-    config = _read(path)
+    config = _read(Path(check_path(path, "path")))
     config.table  # noqa: B018 (raises what is wrong with it)
     return config
 

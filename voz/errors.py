@@ -15,7 +15,7 @@ Every message is one line, which any terminal can show and JSON can hold: what w
 and what to do. The command line prints it and exits with 2.
 """
 
-from voz.printable import printable
+from voz.printable import shown_text
 
 
 class VozError(Exception):
@@ -33,12 +33,12 @@ class VozError(Exception):
             problem: if it comes without `remedy`, what follows its first semicolon is the remedy.
             remedy: to be given where the problem quotes a text that may hold a semicolon.
         """
-        text = printable(str(problem))
+        text = shown_text(problem)
         if remedy is None:
             self.problem, _, found = text.partition("; ")
             self.remedy = found or None
         else:
-            self.problem, self.remedy = text, printable(remedy)
+            self.problem, self.remedy = text, shown_text(remedy)
             text = f"{text}; {self.remedy}"
         super().__init__(text)
 
@@ -61,7 +61,7 @@ class CommandsError(VozError):
         self, problem: object, remedy: str | None = None, excerpt: tuple[str, ...] = ()
     ) -> None:
         super().__init__(problem, remedy)
-        self.excerpt = tuple(map(printable, excerpt))
+        self.excerpt = tuple(map(shown_text, excerpt if isinstance(excerpt, tuple | list) else ()))
 
 
 class LanguageError(VozError):

@@ -79,6 +79,14 @@ def read_bytes(
     return data
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a regular file, whatever the name."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that is too long, or a folder that nobody may read
+        return False
+
+
 def _read_up_to(file: IO[bytes], most: int) -> bytes:
     """Read to the end, or `most` bytes; Python makes room for as many as it is asked for."""
     data = bytearray()

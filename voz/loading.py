@@ -7,12 +7,15 @@ from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from voz.errors import CommandsError
+from voz.files import is_file
 from voz.language.generated.language_files import LanguageFiles, find_language
+from voz.printable import shown_value
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
-from voz.records import check_type
+from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
 
 
@@ -37,6 +40,7 @@ def load(
             argument has another type.
     """
     settings = Recognition() if settings is None else settings
+    check_type(Recognition, settings, "settings")
     known = None
     if profile is not None:
         check_type(str, profile, "profile")
@@ -52,8 +56,8 @@ def open_language(
     """Find the language files of a folder, or write those of a list for a `with` block."""
     given: Path | list[str]
     if commands is None or isinstance(commands, str | PathLike):
-        path = None if commands is None else Path(commands)
-        if path is None or not path.is_file():
+        path = None if commands is None else Path(check_path(commands, "commands"))
+        if path is None or not is_file(path):
             yield find_language(path)
             return
         given = path
@@ -74,8 +78,10 @@ def _write_files(commands: Path | list[str], folder: Path) -> LanguageFiles:
 
 def _lines(commands: Iterable[str]) -> list[str]:
     """Check the lines of a list."""
-    lines = list(commands) if isinstance(commands, Iterable) else [commands]
+    is_list = isinstance(commands, Iterable)
+    lines: list[Any] = list(check_iterable(commands, "commands")) if is_list else [commands]
     for line in lines:
         if not isinstance(line, str):
-            raise CommandsError(f"{line!r} is no command; give a list of texts, or a folder")
+            what = f"{shown_value(line)} is no command"
+            raise CommandsError(what, "give a list of texts, or a folder")
     return lines

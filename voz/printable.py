@@ -1,5 +1,10 @@
 """Text of others, made safe for a terminal."""
 
+from reprlib import Repr
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = 100
+
 
 def printable(text: str) -> str:
     r"""Escape control characters of a line as Python does, such as `\x1b`, `\r` and `\u202e`."""
@@ -8,6 +13,22 @@ def printable(text: str) -> str:
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
     )
+
+
+def shown_value(value: object) -> str:
+    """Any object in a few characters, whatever its own `__repr__` does."""
+    try:
+        return printable(_SHORT.repr(value))
+    except Exception:
+        return f"an object of the type {type(value).__name__}"
+
+
+def shown_text(value: object) -> str:
+    """Any object as text, whatever its own `__str__` does."""
+    try:
+        return printable(str(value))
+    except Exception:
+        return shown_value(value)
 
 
 def printable_output(line: str) -> str:

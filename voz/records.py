@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from functools import cache
 from numbers import Integral, Real
+from os import PathLike, fsdecode
 from typing import Annotated, Any, TypedDict, get_type_hints
 
 import msgspec
@@ -39,6 +42,8 @@ class CheckedRecord(msgspec.Struct, frozen=True):
             checked = msgspec.convert(
                 {name: _builtin(value) for name, value in given.items()}, _declared(kind)
             )
+        except (UnicodeEncodeError, AttributeError, TypeError) as error:  # msgspec's own
+            raise ConfigError(f"a value of {kind.__name__} cannot be used ({error})") from None
         except msgspec.ValidationError as error:
             what, at, place = str(error).partition(" - at `$")
             raise ConfigError(f"{what}{at.replace('$', kind.__name__)}{place}") from None
@@ -61,9 +66,38 @@ def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
         raise ConfigError(f"Expected `{wanted.__name__}`, got `{got}` - at `{name}`")
 
 
+def check_path(value: object, name: str) -> str:
+    """Return the name of a file or folder; raises ConfigError as `check_type`."""
+    check_type((str, PathLike), value, name)
+    return fsdecode(value)  # type: ignore[arg-type]
+
+
+def check_iterable(value: object, name: str) -> Iterator[Any]:
+    """Begin to iterate over an argument; raises ConfigError as `check_type`."""
+    try:
+        return iter(value)  # type: ignore[call-overload, no-any-return]
+    except TypeError:  # an array without a dimension has the method, too
+        got = type(value).__name__
+        raise ConfigError(f"Expected `Iterable`, got `{got}` - at `{name}`") from None
+
+
+def check_callable(value: object, name: str) -> None:
+    """Raise ConfigError as `check_type` for what is no function."""
+    if not callable(value):
+        raise ConfigError(f"Expected a function, got `{type(value).__name__}` - at `{name}`")
+
+
 def is_number(value: object) -> bool:
     """Whether a value is a number, of Python or numpy."""
     return isinstance(value, Real)
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a number, of Python or numpy, that a float can hold."""
+    try:
+        return isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 @cache

@@ -9,6 +9,7 @@ from voz.events import Partial, Utterance
 from voz.public_names import PublicNames
 from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.stream import Stream
+from voz.records import check_type
 
 
 class Listener(PublicNames):
@@ -16,6 +17,7 @@ class Listener(PublicNames):
 
     def __init__(self, stream: Stream, rate: float | None) -> None:
         """Begin a stream of arrays of a rate, Hz; errors are those of `ArrayConverter`."""
+        check_type(Stream, stream, "stream")
         self._stream = stream
         self._converter = ArrayConverter(rate)
         self._lock = NonReentrantLock()

@@ -18,6 +18,7 @@ from voz.events import Partial, Utterance
 from voz.public_names import PublicNames
 from voz.recognition.listener import Listener
 from voz.recognition.stream import Stream
+from voz.records import check_iterable
 
 if TYPE_CHECKING:
     from voz.recognition.recognizer import Recognizer
@@ -119,6 +120,8 @@ async def utterances_of(listener: Listener, blocks: Blocks) -> AsyncIterator[Utt
     import asyncio  # which takes 3 MB
 
     settled = SettledUtterances()
+    if not isinstance(blocks, AsyncIterable):
+        check_iterable(blocks, "blocks")
     async for block in blocks if isinstance(blocks, AsyncIterable) else _taken(blocks):
         for heard in settled.of(await asyncio.to_thread(listener.feed, block)):
             yield heard

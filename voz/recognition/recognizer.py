@@ -9,6 +9,7 @@ from itertools import pairwise
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
 import numpy.typing as npt
 from msgspec.structs import replace
 
@@ -41,7 +42,7 @@ from voz.recognition.robot_name import with_more_words
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
-from voz.records import check_type
+from voz.records import check_callable, check_iterable, check_type
 from voz.settings import Ask, Recognition
 
 MICROPHONE = "microphone"
@@ -91,7 +92,10 @@ class Recognizer(PublicNames):
             ConfigError: the settings or a file that they name cannot be used, or the profile was
                 made with another acoustic model.
         """
+        check_type(LanguageFiles, language, "language")
         check_type(Recognition, settings, "settings")
+        check_type((Profile, type(None)), profile, "profile")
+        check_type(bool, learning, "learning")
         self.files = language
         self._settings = settings
         self._profile = profile or Profile()
@@ -113,6 +117,7 @@ class Recognizer(PublicNames):
         Raises:
             LanguageError: the files cannot be used; the old commands stay.
         """
+        check_callable(check, "check")
         renewed = self._load()
         check(renewed.commands)
         renewed.learned = self._interpreter.learned
@@ -126,7 +131,9 @@ class Recognizer(PublicNames):
 
     def expect(self, answers: tuple[str, ...]) -> None:
         """Understand these answers too from now on, on any thread; none: only commands."""
-        self._interpreter.rule.answers = answers
+        self._interpreter.rule.answers = tuple(check_iterable(answers, "answers"))
+        for answer in self._interpreter.rule.answers:
+            check_type(str, answer, "answers")
 
     @property
     def name(self) -> str:
@@ -150,6 +157,7 @@ class Recognizer(PublicNames):
 
     def needed(self, text: str) -> float | None:
         """The confidence that a command needs, 0 to 1; None if the text is no command."""
+        check_type(str, text, "text")
         return self._interpreter.rule.threshold(text)
 
     def listen(self, rate: float | None = None) -> Listener:
@@ -201,6 +209,7 @@ class Recognizer(PublicNames):
         Raises:
             AudioError: there is no such microphone.
         """
+        check_type((str, type(None)), device, "device")
         return MicrophoneUtterances(self, open_stream(self, MICROPHONE, spotting=False), device)
 
     def listen_in_background(
@@ -219,6 +228,7 @@ class Recognizer(PublicNames):
         Raises:
             AudioError: there is no such microphone.
         """
+        check_callable(callback, "callback")
         return in_background(self.microphone(device), callback)
 
     def astream(self, blocks: Blocks, rate: float | None = None) -> AsyncIterator[Utterance]:
@@ -250,6 +260,8 @@ class Recognizer(PublicNames):
         Raises:
             AudioError: raised by the blocks; the utterances before it are yielded first.
         """
+        _check_stream(source, details)
+        blocks = _samples(check_iterable(blocks, "blocks"))
         stream = open_stream(self, source, spotting=False, details=details)
         return (e for e in feed_all(stream, blocks) if isinstance(e, Utterance))
 
@@ -257,7 +269,22 @@ class Recognizer(PublicNames):
         self, blocks: Iterable[Samples], source: str, details: Details = NO_DETAILS
     ) -> Iterator[Utterance | Partial]:
         """The same as `utterances`, with partial hypotheses."""
+        _check_stream(source, details)
+        blocks = _samples(check_iterable(blocks, "blocks"))
         return feed_all(open_stream(self, source, details=details), blocks)
+
+
+def _check_stream(source: object, details: object) -> None:
+    check_type(str, source, "source")
+    check_type(Details, details, "details")
+
+
+def _samples(blocks: Iterator[Samples]) -> Iterator[Samples]:
+    """The blocks of a recording; raises AudioError for what is no array of 16 bits."""
+    for block in blocks:
+        if getattr(block, "dtype", None) != np.int16 or block.ndim != 1:
+            raise AudioError("a block is no array of 16-bit samples; `decode` takes other arrays")
+        yield block
 
 
 def open_playback_spotter(recognizer: Recognizer, source: str) -> PlaybackSpotter:

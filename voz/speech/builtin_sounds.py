@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 import functools
-import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
@@ -13,6 +12,7 @@ import numpy as np
 
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
+from voz.printable import shown_value
 
 ALL = -1
 """Stops all sounds."""
@@ -36,7 +36,7 @@ class BuiltinSound(enum.IntEnum):
     @classmethod
     def _missing_(cls, value: object) -> NoReturn:
         known = f"1 to {len(cls)}"
-        raise SpeechError(f"there is no built-in sound {reprlib.repr(value)}; give {known}")
+        raise SpeechError(f"there is no built-in sound {shown_value(value)}; give {known}")
 
     @property
     def title(self) -> str:

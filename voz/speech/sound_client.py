@@ -10,13 +10,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, trim_leading_silence
 from voz.errors import AudioError, SpeechError, VozError
+from voz.printable import shown_value
 from voz.public_names import PublicNames
-from voz.records import check_type
+from voz.records import check_callable, check_path, check_type, is_finite, is_number
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.espeak import ESPEAK_PREFIX
 from voz.speech.festival import check_known, speakable
@@ -75,6 +77,7 @@ class SoundClient(PublicNames):
     ) -> None:
         check_type(str, voice, "voice")
         check_type(bool, blocking, "blocking")
+        check_callable(warn, "warn")
         self._voice = voice
         self._blocking = blocking
         self._warn = warn
@@ -104,7 +107,8 @@ class SoundClient(PublicNames):
 
     def stop(self, sound: int) -> None:
         """Stop a built-in sound, or with `ALL` every sound."""
-        self._sounds.stop(() if sound == ALL else ("builtin", BuiltinSound(sound).name))
+        is_all = is_number(sound) and sound == ALL
+        self._sounds.stop(() if is_all else ("builtin", _builtin(sound).name))
 
     def play_wave(
         self, sound: str | os.PathLike[str], volume: float = 1.0, blocking: bool | None = None
@@ -123,6 +127,7 @@ class SoundClient(PublicNames):
 
     def play_named(self, name: str, volume: float = 1.0, blocking: bool | None = None) -> None:
         """Play a built-in sound by its title, or a file; otherwise as `play` and `play_wave`."""
+        check_path(name, "name")
         for builtin_sound in BuiltinSound:
             if builtin_sound.title == name:
                 return self.play(builtin_sound, volume, blocking)
@@ -193,6 +198,7 @@ class SoundClient(PublicNames):
 
     def set_quiet(self, quiet: bool) -> None:
         """Suppress warnings, or no longer."""
+        check_type(bool, quiet, "quiet")
         self._quiet = quiet
 
     def wait(self) -> None:
@@ -220,7 +226,7 @@ class SoundClient(PublicNames):
             self.close()
 
     def _play_builtin(self, sound: int, volume: float, repeats: bool) -> RequestedSound:
-        known = BuiltinSound(sound)
+        known = _builtin(sound)
         requested = self._sounds.add(("builtin", known.name), volume, repeats)
         self._sounds.begin(requested, synthesize_sound(known))
         return requested
@@ -237,6 +243,7 @@ class SoundClient(PublicNames):
     def _say(
         self, text: str, voice: str, volume: float, repeats: bool, tell: bool
     ) -> RequestedSound:
+        check_type(str, voice, "voice")
         voice = voice or self._voice
         check_known(voice)
         plain = speakable(text, voice)
@@ -269,6 +276,7 @@ class SoundClient(PublicNames):
             self._sounds.wait(requested)
 
     def _blocks(self, blocking: bool | None) -> bool:
+        check_type((bool, type(None)), blocking, "blocking")
         return self._blocking if blocking is None else blocking
 
     def _tell(self, problem: str) -> None:
@@ -281,8 +289,14 @@ def mixer_of(client: SoundClient) -> Mixer:
     return client._mixer
 
 
+def _builtin(sound: object) -> BuiltinSound:
+    # An array, for one, cannot even be compared with the known numbers.
+    number: Any = sound if isinstance(sound, str) or is_finite(sound) else shown_value(sound)
+    return BuiltinSound(number)
+
+
 def _key_of(sound: str | os.PathLike[str]) -> SoundKey:
     try:
         return "wave", str(Path(sound).resolve())
     except (TypeError, ValueError):  # no name of a file has a zero in it
-        raise AudioError(f"{sound!r:.100} is no path of a sound; give a file") from None
+        raise AudioError(f"{shown_value(sound)} is no path of a sound; give a file") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from os import PathLike, fspath
+from os import PathLike
 
 from voz.apps.batch.batch_decoder import BatchDecoder
 from voz.apps.batch.fingerprint import header_for
@@ -17,7 +17,7 @@ from voz.events import Utterance
 from voz.loading import open_language
 from voz.recognition.details import Details
 from voz.recognition.speaker.profiles import load_profile
-from voz.records import check_type
+from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
 
 Recordings = str | PathLike[str] | Iterable[str | PathLike[str]]
@@ -72,11 +72,13 @@ def decode_many(
         ConfigError: as for `load` and `Recognizer.decode`, or a folder or a manifest holds no
             recording.
     """
-    given = [recordings] if isinstance(recordings, str | PathLike) else list(recordings)
-    for each in given:
-        check_type((str, PathLike), each, "recordings")
-    inputs = find_inputs([fspath(each) for each in given], None, ())
+    one = isinstance(recordings, str | PathLike)
+    given = [recordings] if one else check_iterable(recordings, "recordings")
     settings = Recognition() if settings is None else settings
+    check_type(Recognition, settings, "settings")
+    check_type((str, type(None)), profile, "profile")
+    check_type((int, type(None)), jobs, "jobs")
+    inputs = find_inputs([check_path(each, "recordings") for each in given], None, ())
     details = Details(words, best)
     known = load_profile(profile) if profile else None
     with open_language(commands) as language:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from os import PathLike, fspath
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -10,6 +10,7 @@ import msgspec
 from voz.apps.batch.formats import NUMBER_COLUMNS, open_records
 from voz.apps.batch.outcomes import COLUMNS
 from voz.extras import require
+from voz.records import check_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +32,8 @@ def read_results(output: str | PathLike[str]) -> pd.DataFrame:
     require("pandas", "pandas")
     import pandas as pd
 
-    with open_records(fspath(output)) as (header, records):
+    name = check_path(output, "output")
+    with open_records(name) as (header, records):
         columns = [*COLUMNS, *header.details, *header.columns]
         table = pd.DataFrame.from_records(list(records), columns=columns)
     table = table.astype({**dict.fromkeys(NUMBER_COLUMNS, "float64"), "accepted": "boolean"})

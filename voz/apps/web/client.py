@@ -25,7 +25,7 @@ from voz.events import Utterance
 from voz.extras import require
 from voz.language.sentences.spelling import normalize
 from voz.public_names import PublicNames
-from voz.records import check_type
+from voz.records import check_path, check_type
 
 TIMEOUT = 5.0
 """For the robot to answer, s; in a network that works it takes a tenth of a second."""
@@ -62,6 +62,9 @@ class Client(PublicNames):
         """
         require("web", "websockets")
         check_type(str, address, "address")
+        check_type((str, type(None)), token, "token")
+        if authority is not None:
+            check_path(authority, "authority")
         link = _parse_link(address)
         self._origin = f"{link.scheme}://{link.netloc}"
         token = token or link.fragment.removeprefix("token=")
@@ -231,5 +234,5 @@ def _tls_context(authority: str | PathLike[str] | None) -> ssl.SSLContext:
     """Trust one authority, or those that the system trusts."""
     try:
         return ssl.create_default_context(cafile=authority and fspath(authority))
-    except (OSError, TypeError) as error:  # ssl.SSLError is an OSError
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         raise ConfigError(f"authority {authority}: {error}") from error

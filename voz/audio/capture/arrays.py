@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,8 @@ from voz.audio import Samples
 from voz.audio.capture.resampling import Mono, Resampler
 from voz.audio.capture.sound_files import MAX_SAMPLE_RATE, MIN_SAMPLE_RATE
 from voz.errors import AudioError
+from voz.printable import shown_value
+from voz.records import is_finite
 
 MAX_CHANNELS = 64
 
@@ -28,8 +29,8 @@ class ArrayConverter:
             raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
         if not _is_usable(rate):
             raise AudioError(
-                f"a sample rate of {rate!r} Hz is not usable; give one from {MIN_SAMPLE_RATE} to "
-                f"{MAX_SAMPLE_RATE} Hz"
+                f"a sample rate of {shown_value(rate)} Hz is not usable; give one from "
+                f"{MIN_SAMPLE_RATE} to {MAX_SAMPLE_RATE} Hz"
             )
         self._resampler = Resampler(rate)
         self._finished = False
@@ -41,7 +42,7 @@ class ArrayConverter:
         """
         if self._finished:
             raise AudioError("this stream is finished; begin another one")
-        return self._resampler.feed(_mono(np.asarray(array)))
+        return self._resampler.feed(_mono(_as_array(array)))
 
     def finish(self) -> Samples:
         """End the stream; return its last samples, at a second call none."""
@@ -58,7 +59,14 @@ def to_samples(array: npt.ArrayLike, rate: float | None) -> Samples:
 
 
 def _is_usable(rate: object) -> bool:
-    return isinstance(rate, Real) and MIN_SAMPLE_RATE <= float(rate) <= MAX_SAMPLE_RATE
+    return is_finite(rate) and MIN_SAMPLE_RATE <= float(rate) <= MAX_SAMPLE_RATE  # type: ignore[arg-type]
+
+
+def _as_array(array: npt.ArrayLike) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(array)
+    except (TypeError, ValueError, OverflowError) as error:  # rows of different lengths, for one
+        raise AudioError(f"this is no array ({error})", "give samples x channels") from None
 
 
 def _mono(array: npt.NDArray[Any]) -> Mono:

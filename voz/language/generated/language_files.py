@@ -11,7 +11,7 @@ from pathlib import Path
 
 from voz.checksum import sha256
 from voz.errors import CommandsError, LanguageError
-from voz.files import read_bytes, read_json, shown_path
+from voz.files import is_file, read_bytes, read_json, shown_path
 from voz.language.acoustics.language_info import LanguageInfo, english
 from voz.language.formats.plain_list import parse_commands
 from voz.language.formats.text_lines import MAX_TEXT_BYTES
@@ -118,7 +118,7 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
     else:
         files = LanguageFiles(PACKAGED_FOLDER)
     for path in (files.dictionary, files.lm, files.grammar, files.sentences):
-        if not path.is_file():
+        if not is_file(path):
             raise LanguageError(
                 f"{path}: is missing; make the language files with `voz build-lm LIST --out "
                 f"{shlex.quote(shown_path(path.parent))}`"

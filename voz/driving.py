@@ -20,12 +20,12 @@ from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import End, Inbox
 from voz.public_names import PublicNames
 from voz.recognition.live_utterances import MicrophoneUtterances
-from voz.records import check_type
+from voz.records import check_callable, check_iterable, check_type
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
-from voz.run.controller import Controller, check_time
+from voz.run.controller import Controller, check_time, is_time
 from voz.run.session import Session, answer_receiver
 from voz.settings import Safety
 
@@ -71,8 +71,10 @@ class RobotController(PublicNames):
         Raises:
             ConfigError: an argument is something else, or the robot might not stop.
         """
-        if isinstance(robot, Robot):
-            check_receives(robot)
+        _check_robot(robot)
+        check_type((Safety, type(None)), safety, "safety")
+        check_type((CommandTable, type(None)), table, "table")
+        check_callable(odometry, "odometry")
         self._robot = robot if isinstance(robot, Robot) else None
         self._opened = ExitStack()
         self._now = 0.0  # the time of the run that was reached, s
@@ -118,7 +120,12 @@ class RobotController(PublicNames):
         Args:
             event: what was heard.
             late: whether it is out of date; then it can move nothing.
+
+        Raises:
+            ConfigError: an argument is something else.
         """
+        check_type((Utterance, Partial), event, "event")
+        check_type(bool, late, "late")
         self._controller.hear(event, late)
 
     def send(self, now: float) -> None:
@@ -148,8 +155,9 @@ class RobotController(PublicNames):
         self._controller.stop(now, why)
 
     def zero(self, now: float) -> None:
-        """Send zero velocity once, at a time of the run, s."""
-        self._controller.zero(now)
+        """Send zero velocity once, at a time of the run, s; ConfigError afterward if it is none."""
+        self._controller.zero(now if is_time(now) else self._now)
+        check_time(now)
 
     def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
         """Drive in real time, 10 times a second, until what is heard ends; then stop the robot.
@@ -163,8 +171,10 @@ class RobotController(PublicNames):
 
         Raises:
             AudioError: there is no such microphone.
-            ConfigError: the list of commands can move the robot and not stop it, or cannot begin.
+            ConfigError: the list of commands can move the robot and not stop it, or cannot begin,
+                or something else is heard.
         """
+        check_iterable(heard, "heard")
         if self._robot and not self._controller.receivers:
             raise ConfigError("the robot is not open; use `with voz.Controller(...)`")
         inbox = Inbox(self._controller.table.halts)
@@ -201,6 +211,18 @@ class RobotController(PublicNames):
         return Hearing(recognizer, source, inbox, clock.now, never_missed=table.stops)
 
 
+def _check_robot(robot: object) -> None:
+    """Raise ConfigError for what is neither a robot nor receivers, as a class."""
+    if isinstance(robot, type):
+        raise ConfigError(f"{robot.__name__} is a class; give a robot, as {robot.__name__}()")
+    if isinstance(robot, Robot):
+        check_receives(robot)
+        return
+    check_type(Sequence, robot, "robot")
+    for receiver in robot:  # type: ignore[attr-defined]
+        check_callable(receiver, "robot")
+
+
 def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:
     """What the commands do; None for those of voz alone."""
     if commands is None:
@@ -216,7 +238,7 @@ def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: WallCloc
     """Put what is heard into an inbox, in the time of the run, and its end."""
     try:
         for event in heard:
-            check_type((Utterance, Partial), event, "what is heard")
+            check_type((Utterance, Partial), event, "heard")
             inbox.put(shift_time(event, clock.now() - event.t))
     except BaseException as error:  # `sys.exit` and a cancelled task, too: nobody commands any more
         inbox.put(End(error))

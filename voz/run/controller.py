@@ -37,8 +37,12 @@ from voz.events import (
     Utterance,
 )
 from voz.inbox import Renewal
-from voz.records import check_type, is_number
+from voz.printable import shown_value
+from voz.records import check_type, is_finite
 from voz.settings import Ask, Safety
+
+LATEST = 1e12
+"""Of a run, s; events hold no later time."""
 
 
 class Controller:
@@ -358,7 +362,12 @@ class Controller:
         return silent and not transition.state.moving and (switches or self.moving)
 
 
+def is_time(now: float) -> bool:
+    """Whether this can be a time of a run, s."""
+    return is_finite(now) and abs(now) <= LATEST
+
+
 def check_time(now: float) -> None:
     """Raise ConfigError for what is no time of a run, s."""
-    if not is_number(now) or not math.isfinite(now):
-        raise ConfigError(f"the time of the run is {now!r}; give seconds")
+    if not is_time(now):
+        raise ConfigError(f"the time of the run is {shown_value(now)}; give seconds")

@@ -6,19 +6,20 @@ import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any
+from unittest import mock
 
 from promises.fake_time import SteppedInbox, Timeline, fake_time
-from promises.page import Browser, Server, SteppedPage
+from promises.page import Browser, FollowedMicrophone, Server
 from promises.run import ROS2_SOURCE, Do, Given, Outcome, recognizer_for
-from promises.sound import SteppedMicrophone
+from promises.sound import SilentMicrophone, SteppedMicrophone
 from wyoming.asr import Transcript
 
 from voz.apps.servers.connections import WYOMING_PLACES, ConnectionGuard
+from voz.apps.web.live_page import LivePage
 from voz.apps.web.picture import DeadReckoningPicture
 from voz.apps.wyoming.command_handler import CommandHandler
 from voz.apps.wyoming.robot_service import RobotService
 from voz.hearing.microphone_thread import SoundSource
-from voz.hearing.no_microphone import no_sound
 from voz.inbox import End, Halt, Rehearsal, Renewal
 from voz.run.live import LiveOptions, TakeText, run_live
 from voz.run.session import OpenRobots
@@ -51,9 +52,10 @@ class Live:
         self.given = given
         self.inbox = SteppedInbox(self.timeline, given.table.halts)
         self.microphone = SteppedMicrophone(self.timeline) if microphone else None
+        self._device = self.microphone or SilentMicrophone(self.timeline)
+        self._followed: FollowedMicrophone | None = None
         self.server = Server()
         self.browser: Browser | None = None
-        self.page: SteppedPage | None = None
         self.service: Service | None = None
         self.take_text = self._taking = _take_nothing
         self.lose_recognizer: Callable[[str], None] = lambda _: None
@@ -75,9 +77,9 @@ class Live:
             self.timeline.at(do.at, lambda do=do: self._do(do))  # type: ignore[misc]
         self.timeline.at(seconds, self._end)
         self.timeline.each += [self._step]
-        own = SoundSource(lambda: nullcontext(self.microphone)) if self.microphone else None  # type: ignore[arg-type, return-value]
+        opened: Any = lambda: nullcontext(self._device)  # noqa: E731
         options = LiveOptions(
-            sound=own or no_sound(),
+            sound=SoundSource(opened),
             listening=given.listening,
             other_recognizer=self._other_recognizer,
             page=self._page,
@@ -148,24 +150,27 @@ class Live:
         if self.browser:
             self.browser.step()
             self.server.step()
-            if self.page and self.page.followed:
-                self.browser.sent = self.page.followed.wait(self.browser.sent)
+        if self._followed:
+            self._followed.wait()
 
     def _end(self) -> None:
         self.inbox.put(End())
-        if self.microphone:
-            self.microphone.close()
-        if self.page and self.page.followed:
-            self.page.followed.over = True
+        self._device.close()
+        if self._followed:
+            self._followed.over = True
 
-    def _page(self, inbox: Any, clock: Any) -> SteppedPage:
+    def _page(self, inbox: Any, clock: Any) -> LivePage:
         commands = recognizer_for(self.given.name, self.given.ask).commands
         address: Any = self.server
-        self.page = SteppedPage(
-            address, inbox, clock, lambda: commands, picture=DeadReckoningPicture(),
-            browser_listens=self._browser_listens, now=lambda: self.timeline.now,
-        )  # fmt: skip
-        return self.page
+        with mock.patch("voz.apps.web.live_page.BrowserMicrophone", self._follow):
+            return LivePage(
+                address, inbox, clock, lambda: commands, picture=DeadReckoningPicture(),
+                browser_listens=self._browser_listens, now=lambda: self.timeline.now,
+            )  # fmt: skip
+
+    def _follow(self, warn: Callable[[str], None]) -> FollowedMicrophone:
+        self._followed = FollowedMicrophone(warn)
+        return self._followed
 
     def _service(self, inbox: Any, clock: Any, page_drives: Callable[[], bool]) -> Service:
         commands = recognizer_for(self.given.name, self.given.ask).commands

@@ -7,26 +7,21 @@ import json
 import struct
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from promises.fake_time import BEGIN, Timeline
-from promises.sound import Room
+from promises.sound import WORKED, Room
 from starlette.types import ASGIApp, Message
 
 from voz.apps.web.access_control import AccessControl
-from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
-from voz.apps.web.live_page import LivePage
+from voz.apps.web.browser_microphone import BrowserMicrophone
 from voz.audio import SAMPLE_RATE, Samples
-from voz.hearing.microphone_thread import SoundSource
 
 HEADER = struct.Struct("<IId")
 """Before a block of sound: its number, 0, and when it was heard, ms."""
 
 PAGE_BLOCK_SECONDS = 0.02
-
-WORKED = 0.1
-"""So long a block may take the thread that hears, in real seconds; one that is dropped takes it."""
 
 TURNS = 4
 """Of the event loop at a step: an answer takes some."""
@@ -169,7 +164,6 @@ class Browser:
         self._next = timeline.now
         self._block = 0
         self._hearing = False
-        self.sent = 0  # blocks of sound, and ends
         self._sound: WebSocketClient | None = None
         self._events = server.connect("/api/events", self._take)
 
@@ -232,7 +226,6 @@ class Browser:
         assert self._sound
         self._hearing = False
         self._sound.put({"type": "end"})
-        self.sent += 1
 
     def step(self) -> None:
         """Send the block of sound that is due."""
@@ -245,7 +238,6 @@ class Browser:
         header = HEADER.pack(self._block, 0, self._timeline.now * 1000)
         self._block += 1
         self._sound.put(header + sound.astype("<i2").tobytes())
-        self.sent += not self._sound.paused
 
     def _take(self, record: dict[str, Any]) -> None:
         if record["type"] == "welcome":
@@ -259,63 +251,34 @@ class Browser:
             self._sound.put({"type": "pong", "t": record["t"], "at": at})
 
 
-class FollowedMicrophone:
-    """A browser's microphone, of which it is known how much of what it has was heard.
+class FollowedMicrophone(BrowserMicrophone):
+    """A browser's microphone, of which it is known whether all that it has was heard.
 
     Attributes:
-        heard: how many blocks and ends of streams.
         over: whether nobody waits for what comes next.
     """
 
-    def __init__(self, microphone: BrowserMicrophone) -> None:
-        self._microphone = microphone
-        self.heard = 0
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        super().__init__(warn)
         self.over = False
+        self._given = 0  # blocks and ends of streams
+        self._heard = 0
         self._taken = False
 
-    def __iter__(self) -> Iterator[Samples]:
-        return self
-
     def __next__(self) -> Samples:
-        self.heard += self._taken  # whoever asks for the next one has heard that before
+        self._heard += self._taken  # whoever asks for the next one has heard that before
         self._taken = True
-        while not len(block := next(self._microphone)) and not self.over:
+        while not len(block := super().__next__()) and not self.over:
             pass
         return block
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._microphone, name)
+    def _put(self, item: Any) -> None:
+        super()._put(item)
+        self._given += 1
 
-    @property
-    def alive(self) -> float:
-        """When it gave a sign of life."""
-        return self._microphone.alive
-
-    @alive.setter
-    def alive(self, when: float) -> None:
-        self._microphone.alive = when
-
-    def wait(self, sent: int) -> int:
-        """Wait until all that was sent was heard; returns how much that is if some was dropped."""
+    def wait(self) -> None:
+        """Wait until all was heard."""
         until = time.perf_counter() + WORKED
-        while self.heard < sent and time.perf_counter() < until:
+        while self._heard < self._given:
+            assert time.perf_counter() < until, "the thread that hears has died"
             time.sleep(0.0002)
-        return self.heard
-
-
-class SteppedPage(LivePage):
-    """A live page whose microphone is followed."""
-
-    followed: FollowedMicrophone | None = None
-
-    @property
-    def sound(self) -> SoundSource | None:
-        """The same, followed."""
-        source = super().sound
-        if source is None:
-            return None
-        with source.open() as microphone:
-            assert isinstance(microphone, BrowserMicrophone)
-            self.followed = FollowedMicrophone(microphone)
-        followed: Any = self.followed
-        return SoundSource(lambda: nullcontext(followed), BROWSER_SOURCE)

@@ -1,7 +1,11 @@
 """Text of others, made safe for a terminal."""
 
+import re
 from reprlib import Repr
 
+_ESCAPE_SEQUENCE = re.compile(
+    r"\x1b(?:\][^\x07\x1b]*(?:\x07|\x1b\\)|\[[0-?]*[ -/]*[@-~])"  # titles, then colors and moves
+)
 _SHORT = Repr()
 _SHORT.maxstring = _SHORT.maxother = 100
 
@@ -32,5 +36,5 @@ def shown_text(value: object) -> str:
 
 
 def printable_output(line: str) -> str:
-    """Make a line that another program printed safe, without its end; tabs become spaces."""
-    return printable(line.rstrip().expandtabs())
+    """Make a line that another program printed safe, without its colors, tabs and end."""
+    return printable(_ESCAPE_SEQUENCE.sub("", line).rstrip().expandtabs())

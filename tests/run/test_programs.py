@@ -60,8 +60,8 @@ def test_what_a_program_prints_is_shown_line_by_line_before_its_end_is_told() ->
 def test_what_a_program_prints_cannot_write_on_the_terminal() -> None:
     shown: queue.Queue[str] = queue.Queue()
     with Programs(NONE, lambda _: None, shown.put) as programs:
-        programs.receive(Run(0, ("printf", r"\033]0;owned\007\033[2Ja\tb\n")))
-        assert shown.get(timeout=PATIENCE) == r"printf: \x1b]0;owned\x07\x1b[2Ja b"
+        programs.receive(Run(0, ("printf", r"\033]0;owned\007\033[2J\033[1;31ma\tb\033[\007\n")))
+        assert shown.get(timeout=PATIENCE) == r"printf: a       b\x1b[\x07"
 
 
 def test_a_program_whose_output_is_read_in_part_ends_without_a_word() -> None:

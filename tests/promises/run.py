@@ -21,7 +21,28 @@ NAME = "hey robot"
 ROS2_SOURCE = "ros2"
 """As `voz.ros2.other_recognizer` has it, which needs Cyclone DDS."""
 
-COMMANDS = {
+STEPS: dict[str, dict[str, Any]] = {
+    "light on": {"publish": True, "topic": "light"},
+    "dance": {"run": ["true"]},
+    "wave": {"call": ["promises.exits:wave", "Ana"]},
+    "greet": {"say": "hello"},
+}
+"""Commands for each exit besides velocities."""
+
+OWN = "open gripper"
+"""A command that only the robot's own code knows."""
+
+
+def surely(text: str) -> str:
+    """The command that does the same as another, and asks first."""
+    return f"surely {text}"
+
+
+COMMANDS: dict[str, dict[str, Any]] = {
+    **STEPS,
+    **{surely(text): {**step, "confirm": "sure?"} for text, step in STEPS.items()},
+    surely("go forward"): {"drive": 0.1, "confirm": "sure?"},
+    surely(OWN): {"confirm": "sure?"},
     "run fast": {"drive": 0.5},
     "fly away": {"drive": 0.2, "confirm": "shall I fly?"},
     "make coffee": {"confirm": True},
@@ -30,8 +51,7 @@ COMMANDS = {
 }
 """Besides voz's own: a fast one, and two that ask first, one for the robot's own code."""
 
-LIST = [*voz.load().commands, *COMMANDS, "open gripper"]
-"""The last is for the robot's own code alone."""
+LIST = [*voz.load().commands, *COMMANDS, OWN]
 
 
 @dataclass(frozen=True)
@@ -44,6 +64,7 @@ class Given:
         listening: whether it obeys from the beginning.
         safety: the limits.
         raises: whether a receiver before the robot raises as soon as that moves.
+        exits: what else gets the events, behind it.
     """
 
     name: str = ""
@@ -51,10 +72,11 @@ class Given:
     listening: bool = True
     safety: Safety = field(default_factory=Safety)
     raises: bool = False
+    exits: Sequence[Receiver] = ()
 
     def receivers(self, outcome: Outcome) -> list[Receiver]:
         """Return what gets the events."""
-        return [*([_break] if self.raises else []), outcome.events.append]
+        return [*([_break] if self.raises else []), outcome.events.append, *self.exits]
 
     @property
     def settings(self) -> Config:

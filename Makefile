@@ -1,6 +1,6 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures constraints
+.PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
 .PHONY: benchmark clean
 
 QUICK = tests/simulation tests/language tests/apps/evaluation tests/robot/drawing tests/audio
@@ -88,6 +88,10 @@ coverage: ## Run all tests and show which lines and branches of voz/ they do not
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests
 	.venv/bin/python tools/make_fixtures.py
+
+promises: ## Write the tables of docs/promises.md anew, from the tests that prove them
+	@sh tools/install.sh tests
+	.venv/bin/python tools/make_promises.py
 
 constraints: ## Write the versions that are installed and tested into constraints.txt
 	@sh tools/install.sh tests

@@ -17,6 +17,7 @@ from unittest import mock
 from promises.fake_time import BEGIN, SteppedInbox, Timeline, fake_time
 from promises.live import FLOOD, NONSENSE, Live
 from promises.page import Browser
+from promises.promises import PROMISES
 from promises.run import COMMANDS, LIST, ROS2_SOURCE, Do, Door, Given, Outcome, recognizer_for
 from promises.sound import BLOCK, BLOCK_SECONDS, Room, speech
 
@@ -217,7 +218,7 @@ class Program:
         """Do what the script says in the loop of a program."""
         outcome, timeline = Outcome(), Timeline()
         listening = Listening(given, timeline)
-        for do in script:
+        for do in (do for do in script if do.what == "say"):
             timeline.at(do.at, partial(listening.room.say, do.text))
         with fake_time(timeline):
             try:
@@ -413,6 +414,23 @@ PROGRAMS_LOOP = {
     "unwatched": "the program sends each velocity itself",
 }
 
+
+class Elsewhere:
+    """A door that needs a network and a real time, with the place of its tests."""
+
+    spoken = False
+    reach = AT_ONCE
+    watched = True
+
+    def __init__(self, name: str, why: str) -> None:
+        self.name = name
+        self.cannot = {promise.name: why for promise in PROMISES}
+
+    def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
+        """Never called: no cell is tried here."""
+        raise NotImplementedError
+
+
 DOORS: tuple[Door, ...] = (
     LiveDoor(
         "own microphone",
@@ -451,6 +469,7 @@ DOORS: tuple[Door, ...] = (
         watched=False,
         cannot={**TEXT_OF_A_RUN, "loss": "nobody is watched: see unwatched"},
     ),
+    Elsewhere("voz.Client", "a real page, in `tests/promises/test_real_processes.py`"),
     LiveDoor("typed", _type, cannot={**TEXT_OF_A_RUN, "loss": "a keyboard has no sign of life"}),
     LiveDoor(
         "Wyoming",

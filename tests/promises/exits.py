@@ -181,6 +181,8 @@ def called() -> Iterator[Opened]:
 
 NO_VELOCITY = "it is no velocity: what was done is done"
 NOT_MOVING = dict.fromkeys(("zero last", "zero last of an error", "limits", "loss"), NO_VELOCITY)
+ROS1 = dict.fromkeys((*("obeyed", "not listening", "asleep", "late", "overtaken", "rehearsal", "reload"), *("confirm declined", "confirm", "limits", "loss", "zero last", "zero last of an error")), "rospy is Debian's: real nodes and a real master, in `tests/ros1`")
+
 EXITS = (
     Exit("receive", in_process(Receiving)),
     Exit("move", in_process(Rolling)),
@@ -194,6 +196,7 @@ EXITS = (
             "zero last of an error": "the run ends before it has moved",
         },
     ),
+    Exit("ros1", in_process(Receiving), cannot=ROS1),
     Exit("ros2", ros2),
     Exit("publish", events(Publish, lambda e: e.value), "light on", False, NOT_MOVING),
     Exit("run", events(Run, lambda e: e.program), "dance", False, NOT_MOVING),

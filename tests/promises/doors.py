@@ -19,7 +19,7 @@ from promises.live import FLOOD, NONSENSE, Live
 from promises.page import Browser
 from promises.promises import PROMISES
 from promises.run import COMMANDS, LIST, ROS2_SOURCE, Do, Door, Given, Outcome, recognizer_for
-from promises.sound import BLOCK, BLOCK_SECONDS, Room, speech
+from promises.sound import BLOCK, BLOCK_SECONDS, WORKED, Room, speech
 
 import voz
 from voz.audio import SAMPLE_RATE
@@ -27,10 +27,11 @@ from voz.events import Utterance
 from voz.inbox import End
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.live_utterances import SettledUtterances, in_background
+from voz.run.beat import BEATS_PER_SECOND
 from voz.run.clocks import WallClock
-from voz.run.offline import run_unpaced
+from voz.run.offline import Source, run_unpaced
 from voz.run.session import OpenRobots, new_session
-from voz.run.sources import BagContent, BagSentence, bag_items
+from voz.run.sources import BagContent, BagSentence, bag_items, typed_items
 from voz.run.text_commands import TextCommands
 from voz.terminal.keyboard import TypedLine
 
@@ -40,6 +41,7 @@ SPEAKING = 2.5
 AT_ONCE = 0.25
 """The same of a text: some steps, and the beat."""
 
+LOSSES = ("loss", "loss without safety")
 ASKS_NOTHING = "asks nothing: `controller.run(recognizer.microphone())` does"
 NO_CLOCK = "a recording has its own time: nothing can be lost in it, and no beat is late"
 ONLY_TEXT = "text is never unsure"
@@ -64,6 +66,7 @@ class LiveDoor:
     microphone: bool = False
     browser_listens: bool = False
     spoken: bool = False
+    needs_name: bool = False
     reach: float = AT_ONCE
     watched: bool = True
     loses: str = ""
@@ -155,7 +158,7 @@ class Bag:
     """The replay of a bag: what was said then, at its times."""
 
     name = "bag replay"
-    spoken = False
+    spoken = needs_name = False
     reach = AT_ONCE
     watched = True
 
@@ -164,11 +167,14 @@ class Bag:
 
     def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
         """Replay what the script says."""
-        outcome = Outcome()
         said = [BagSentence(do.at, do.text) for do in script if do.what == "say"]
         source = lambda _: bag_items(  # noqa: E731
             Path("a.bag"), BagContent(said, float(seconds)), plain_commands(LIST), given.table.halts
         )
+        return self._run(given, source)
+
+    def _run(self, given: Given, source: Source) -> Outcome:
+        outcome = Outcome()
         robots = OpenRobots(given.receivers(outcome), {})
 
         @contextmanager
@@ -180,6 +186,22 @@ class Bag:
         except BrokenPipeError as error:
             outcome.error = error
         return outcome
+
+
+class Lines(Bag):
+    """The lines of a text, or of a pipe: one a beat."""
+
+    name = "lines of a text"
+
+    def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
+        """Write what the script says, each at its beat."""
+        lines = ["-"] * round(seconds * BEATS_PER_SECOND)
+        for do in (do for do in script if do.what == "say"):
+            beat = round(do.at * BEATS_PER_SECOND)
+            lines[beat:beat] = [do.text]
+        return self._run(
+            given, lambda _: typed_items(lines, plain_commands(LIST), given.table.halts)
+        )
 
 
 class Listening:
@@ -206,7 +228,7 @@ class Listening:
 class Program:
     """A program of one's own: `voz.Controller` in a loop that sends the velocities."""
 
-    spoken = True
+    spoken = needs_name = True
     reach = SPEAKING
     watched = False
 
@@ -287,7 +309,7 @@ class Iterated:
     """`controller.run(utterances)`, which waits for them on a thread of its own."""
 
     name = "controller.run(iterable)"
-    spoken = True
+    spoken = needs_name = True
     reach = SPEAKING
     watched = True
 
@@ -315,7 +337,9 @@ class Iterated:
         def put(item: Utterance | BaseException | None) -> None:
             waits.acquire()
             said.put(item)
+            until = time.perf_counter() + WORKED
             while not isinstance(item, Utterance) and inbox.is_empty:
+                assert time.perf_counter() < until, "nobody is told that the utterances have ended"
                 time.sleep(0.0001)
             if isinstance(item, Utterance):
                 waits.acquire()
@@ -352,7 +376,7 @@ class Ros1:
     """A string on ROS 1, as the node takes it; rospy and a real master are in `tests/ros1`."""
 
     name = "string on ROS 1"
-    spoken = False
+    spoken = needs_name = False
     reach = AT_ONCE
     watched = True
     source = "/recognizer/output"
@@ -397,6 +421,11 @@ class Ros1:
 TEXT_OF_A_RUN = {"question": ONLY_TEXT, "question declined": ONLY_TEXT, "name": NEEDS_NO_NAME}
 NO_TEXT = {"escaped": "sounds have no control characters: what is shown is of the list"}
 SAID = {**NO_TEXT, "overtaken": "a voice says one thing after the other: see late"}
+OWN_TIME = {
+    **TEXT_OF_A_RUN,
+    **dict.fromkeys(("late", "rehearsal", "reload", *LOSSES, "robot lost", "stall"), NO_CLOCK),
+    "stop in a flood": NO_CLOCK,
+}
 OWN_LOOP = {
     **SAID,
     "question": ASKS_NOTHING,
@@ -409,7 +438,7 @@ OWN_LOOP = {
 }
 PROGRAMS_LOOP = {
     **OWN_LOOP,
-    "loss": "what is heard is the program's: it calls `stop`",
+    **dict.fromkeys(LOSSES, "what is heard is the program's: it calls `stop`"),
     "stall": "the program sends the velocities itself; a robot's own watchdog is behind them",
     "unwatched": "the program sends each velocity itself",
 }
@@ -418,7 +447,7 @@ PROGRAMS_LOOP = {
 class Elsewhere:
     """A door that needs a network and a real time, with the place of its tests."""
 
-    spoken = False
+    spoken = needs_name = False
     reach = AT_ONCE
     watched = True
 
@@ -437,6 +466,7 @@ DOORS: tuple[Door, ...] = (
         _speak,
         microphone=True,
         spoken=True,
+        needs_name=True,
         reach=SPEAKING,
         loses="the microphone",
         cannot=SAID,
@@ -447,6 +477,7 @@ DOORS: tuple[Door, ...] = (
         _drive_hands_free,
         browser_listens=True,
         spoken=True,
+        needs_name=True,
         reach=SPEAKING,
         loses="the page",
         cannot=SAID,
@@ -467,15 +498,19 @@ DOORS: tuple[Door, ...] = (
         "POST /api/command",
         _post,
         watched=False,
-        cannot={**TEXT_OF_A_RUN, "loss": "nobody is watched: see unwatched"},
+        cannot={**TEXT_OF_A_RUN, **dict.fromkeys(LOSSES, "nobody is watched: see unwatched")},
     ),
     Elsewhere("voz.Client", "a real page, in `tests/promises/test_real_processes.py`"),
-    LiveDoor("typed", _type, cannot={**TEXT_OF_A_RUN, "loss": "a keyboard has no sign of life"}),
+    LiveDoor(
+        "typed",
+        _type,
+        cannot={**TEXT_OF_A_RUN, **dict.fromkeys(LOSSES, "a keyboard has no sign of life")},
+    ),
     LiveDoor(
         "Wyoming",
         _from_wyoming,
         watched=False,
-        cannot={**TEXT_OF_A_RUN, "loss": "nobody is watched: see unwatched"},
+        cannot={**TEXT_OF_A_RUN, **dict.fromkeys(LOSSES, "nobody is watched: see unwatched")},
     ),
     LiveDoor("string on ROS 2", _from_ros, loses="the recognizer", cannot=TEXT_OF_A_RUN),
     Ros1(
@@ -487,15 +522,8 @@ DOORS: tuple[Door, ...] = (
             "robot lost": "the node's robot is ROS, whose loss is in `tests/ros1`",
         }
     ),
-    Bag(
-        {
-            **TEXT_OF_A_RUN,
-            **dict.fromkeys(
-                ("late", "rehearsal", "reload", "loss", "robot lost", "stall"), NO_CLOCK
-            ),
-            "stop in a flood": NO_CLOCK,
-        }
-    ),
+    Bag(OWN_TIME),
+    Lines({**OWN_TIME, "overtaken": "a line is obeyed in its beat, before the next is read"}),
     Program("controller.hear", PROGRAMS_LOOP),
     Iterated(OWN_LOOP),
     Background("listen_in_background", PROGRAMS_LOOP),

@@ -55,14 +55,21 @@ def say(at: float, text: str) -> Do:
     return Do(at, "say", text)
 
 
-def moves(begin: float, end: float, texts: bool = True, spoken: bool = True) -> Must:
+def moves(begin: float, end: float) -> Must:
     """It moves between two times, by a command given at the first."""
 
-    def must(outcome: Outcome, door: Door) -> None:
-        if spoken if door.spoken else texts:
-            assert outcome.moving(begin, end), "it does not move"
+    def must(outcome: Outcome, _: Door) -> None:
+        assert outcome.moving(begin, end), "it does not move"
 
     return must
+
+
+def moves_if_it_needs_no_name(outcome: Outcome, door: Door) -> None:
+    """It stands if its name has to be said, else it moves."""
+    if door.needs_name:
+        never_moves(outcome, door)
+    else:
+        assert outcome.moving(1), "it does not move"
 
 
 def moves_again(begin: float, end: float) -> Must:
@@ -197,9 +204,10 @@ PROMISES = (
     ),
     Promise(
         "asleep",
-        "what is said without its name moves nothing, but stops it",
+        "what is said without its name moves nothing; what is typed, tapped or said with a button "
+        "held needs none",
         (say(1, "go forward"), say(4.5, "go back")),
-        (moves(1, 4.5, spoken=False), stands(0, until=1)),
+        (moves_if_it_needs_no_name,),
         Given(name=NAME),
     ),
     Promise(
@@ -214,7 +222,7 @@ PROMISES = (
         "name",
         "its name and a command move it, whoever says them",
         (say(1, f"{NAME} go forward"),),
-        (moves(1, 5, texts=False),),
+        (moves(1, 5),),
         Given(name=NAME),
     ),
     Promise(
@@ -306,6 +314,14 @@ PROMISES = (
         ),
         (moves(1, 4.5), stands(5, reach=False, until=13), moves_again(13, 17)),
         seconds=17,
+    ),
+    Promise(
+        "loss without safety",
+        "`--no-safety` switches that off as little as any setting does",
+        (say(1, "go forward"), Do(4.5, "lose"), say(5.5, "go forward")),
+        (moves(1, 4.5), stands(5, reach=False)),
+        Given(safety=Safety(enabled=False)),
+        9,
     ),
     Promise(
         "robot lost",

@@ -175,6 +175,7 @@ class Door(Protocol):
     Attributes:
         name: in the table.
         spoken: whether they are said, and heard by the recognizer.
+        needs_name: whether a robot with a name has to be called by it.
         reach: so long a command takes from its first sound or letter until it takes effect, s.
         watched: whether who commands by it watches the robot, or is watched.
         cannot: which promises cannot be kept or broken here, and why.
@@ -182,6 +183,7 @@ class Door(Protocol):
 
     name: str
     spoken: bool
+    needs_name: bool
     reach: float
     watched: bool
     cannot: dict[str, str]

@@ -80,6 +80,7 @@ class SteppedMicrophone:
         self.alive = timeline.now
         self.room = Room()
         self.lost = False
+        self._over = False
         self._next = timeline.now
         self._blocks: queue.SimpleQueue[Samples | None] = queue.SimpleQueue()
         self._waits = threading.Semaphore(0)
@@ -101,6 +102,7 @@ class SteppedMicrophone:
 
     def close(self) -> None:
         """Give no more."""
+        self._over = True
         self._blocks.put(None)
 
     def __iter__(self) -> Iterator[Samples]:
@@ -108,7 +110,7 @@ class SteppedMicrophone:
 
     def __next__(self) -> Samples:
         self._waits.release()
-        block = self._blocks.get()
+        block = None if self._over else self._blocks.get()
         if block is None:
             raise AudioError("the microphone of the test is over")
         return block

@@ -180,6 +180,7 @@ LAMPS = Config(
         "light": Step(publish=True, topic="lamp", say="it is light"),
         "knife": Step(publish="knife", topic="bring", confirm="the knife?"),
         "drive on": (Step(drive=0.1, confirm=True), Step(say="here I go")),
+        "once more": Step(again=True),
         "yes": Step(answer=True, say="well"),
         "no": Step(answer=False),
         "menu": Step(state="menu"),
@@ -233,6 +234,16 @@ def test_what_is_to_be_confirmed_waits_for_a_yes() -> None:
     assert done.events == (Reply(2, "well"), Reply(2, "here I go"))
     assert done.state.motion.velocities() == (0.1, 0)
     assert say(done.state, "yes", 3).ignored == "nothing_asked"
+
+
+def test_what_asks_first_asks_again_before_it_is_repeated() -> None:
+    asked = say(LISTENING, "drive on", 1)
+    done = say(asked.state, "yes", 2)
+    rested = say(done.state, "stop", 3).state
+    again = say(rested, "once more", 4)
+    assert again.events == (Reply(4, "once more?"),)
+    assert not again.state.moving
+    assert say(again.state, "yes", 5).state.motion.velocities() == (0.1, 0)
 
 
 def test_a_no_another_command_or_silence_takes_it_back() -> None:

@@ -45,7 +45,7 @@ class GivenCommand:
 
 
 class PendingCommand(msgspec.Struct, frozen=True):
-    """A command that waits for a yes until a time, s."""
+    """A command that waits for a yes until a time, s; its first step says that it asks."""
 
     command: GivenCommand
     steps: Steps
@@ -126,6 +126,10 @@ def obey(
         steps = tuple(fill_slots(step, command.slots) for step in steps or ())
     except ConfigError as error:
         return _refuse(state, command, str(error))
+    if steps and steps[0].again:
+        if not state.last_moved:
+            return _refuse(state, command, "nothing has moved yet")
+        steps = _repeated(state.last_moved, steps)
     if steps and steps[0].confirm:
         return _ask(state, command, steps)
     return _carry_out(state, command, steps, safety, place)
@@ -152,15 +156,17 @@ def _carry_out(
     if first and first.answer is not None:
         return _answer(state, command, first, safety, place)
     state = replace(state, pending=None)
-    if first and first.again:
-        if not state.last_moved:
-            return _refuse(state, command, "nothing has moved yet")
-        steps = (*state.last_moved, *steps[1:])
     if any(step.moves for step in steps):
         state = replace(state, last_moved=steps)
     if any(step.stop or step.starts_motion for step in steps):
         state = _without_bound(state)
     return _take_steps(state, steps, command.t, safety, place)
+
+
+def _repeated(moved: Steps, again: Steps) -> Steps:
+    """Return what moved last in place of the first of some steps; either may ask first."""
+    first = replace(moved[0], confirm=again[0].confirm or moved[0].confirm)
+    return (first, *moved[1:], *again[1:])
 
 
 def _without_bound(state: State) -> State:
@@ -225,9 +231,7 @@ def _ask(state: State, command: GivenCommand, steps: Steps) -> Transition:
     """Ask first; it is obeyed after a yes alone, and another command cancels it."""
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
-    first = () if steps[0].is_empty else (replace(steps[0], confirm=False),)
-    sure = (*first, *steps[1:])
-    asked = PendingCommand(command, sure, command.t + ANSWER_TIMEOUT)
+    asked = PendingCommand(command, steps, command.t + ANSWER_TIMEOUT)
     told = (Reply(command.t, said),)
     return Transition(replace(state, pending=asked), told, obeyed=False, ignored="asked_first")
 

@@ -105,6 +105,14 @@ def test_what_has_the_words_of_a_stop_stops_and_nothing_else_is_guessed(
     assert [one.command for one in typing.taken()] == ([command] if command else [])
 
 
+def test_stop_stops_whatever_the_list_calls_it() -> None:
+    commands = commands_of("alto: alto [ya]\nadelante")
+    for text, command in (("alto", "alto"), ("stop", "stop"), ("please stop", "stop")):
+        parse = read_text(text, commands, {"alto", "stop"})
+        assert parse is not None
+        assert parse.command == command
+
+
 def test_a_stop_is_known_without_its_accents() -> None:
     commands = commands_of("deténte\nsigue adelante")
     parse = read_text("oye, DETENTE ya", commands, {"deténte"})

@@ -161,12 +161,14 @@ def read_text(text: str, commands: Commands, halts: Collection[str]) -> Parse | 
         ways = spoken_forms(text[:MAX_TEXT_LENGTH])
         said = strip_accents(f" {' '.join(way[0] for way in ways)} ")
         for stop in _stopping(commands, frozenset(halts)):
-            if f" {strip_accents(stop)} " in said:
-                return commands.parse(stop)
+            if f" {strip_accents(stop.text)} " in said:
+                return stop
     return found
 
 
 @lru_cache(maxsize=4)
-def _stopping(commands: Commands, halts: frozenset[str]) -> list[str]:
-    """The sentences that leave the robot at rest, the longest first."""
-    return sorted(commands.named(halts, MAX_STOPS), key=len, reverse=True)
+def _stopping(commands: Commands, halts: frozenset[str]) -> list[Parse]:
+    """What leaves the robot at rest, the longest first; its names count in any list."""
+    texts = {*commands.named(halts, MAX_STOPS), *halts}
+    found = [commands.parse(text) or Parse(text, text) for text in texts]
+    return sorted(found, key=lambda parse: (-len(parse.text), parse.text))

@@ -95,6 +95,9 @@ class RobotController(PublicNames):
 
     def __exit__(self, *_: object) -> None:
         """Stop the robot and close it; raises what a receiver raises, after that."""
+        if self._controller.is_forked:
+            self._opened.pop_all()  # the process that it comes from stops the robot and closes it
+            return
         with self._opened:
             self.halt()
             self.zero(self._now)
@@ -133,6 +136,7 @@ class RobotController(PublicNames):
 
         Raises:
             ConfigError: the time is no number.
+            RobotError: this process was forked from the one that drives.
         """
         check_time(now)
         self._now = now

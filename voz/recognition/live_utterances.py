@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from voz.audio.capture.microphone import open_microphone
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
+from voz.process.forks import ends_forks
 from voz.public_names import PublicNames
 from voz.recognition.listener import Listener
 from voz.recognition.stream import Stream
@@ -96,7 +97,8 @@ def in_background(
     def work() -> None:
         try:
             for heard in utterances:
-                callback(heard)
+                with ends_forks():
+                    callback(heard)
         except BaseException as error:  # `sys.exit` in the function, too: nobody listens any more
             failures.append(error)
             _log.error("the microphone is not listened to any more: %s", str(error) or repr(error))

@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 import msgspec
 
 from voz.events import Event, Twist
+from voz.process.forks import close_in_forks, ends_forks
 from voz.robot.base import Robot
 from voz.robot.factory import make_in_process
 from voz.robot.robot_process import EventAnswer, RobotSpec
@@ -66,9 +67,10 @@ class WatchedRobot:
     def _do(self, event: Event, even_if_another_drives: bool = False) -> EventAnswer:
         silent = f"nothing came for {RUN_TIMEOUT:g} s" if self._silent else None
         try:
-            if even_if_another_drives or not self._only_zero:
-                self._robot.receive(event)
-            return EventAnswer(trouble=silent or lost_reason(self._robot))
+            with ends_forks():
+                if even_if_another_drives or not self._only_zero:
+                    self._robot.receive(event)
+                return EventAnswer(trouble=silent or lost_reason(self._robot))
         except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
             return EventAnswer(failure=error_line(error))
 
@@ -79,11 +81,12 @@ def main() -> None:
         signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
     nowhere = os.open(os.devnull, os.O_WRONLY)  # now, since the robot may use up all descriptors
     link = Connection(int(sys.argv.pop()))
+    close_in_forks(link)
     spec = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
     sys.path += [place for place in spec.path if place not in sys.path]
     with ExitStack() as closing:
         try:
-            with user_errors_as_mistake(spec.name):
+            with ends_forks(), user_errors_as_mistake(spec.name):
                 robot = make_in_process(spec)
                 robot.open()
                 closing.callback(_close, robot)
@@ -109,7 +112,8 @@ def _traceback(error: BaseException) -> str:
 
 def _close(robot: Robot) -> None:
     try:
-        robot.close()
+        with ends_forks():
+            robot.close()
     except BaseException as error:
         with suppress(OSError):  # nobody may read it any more
             print(f"the robot could not be closed: {error_line(error)}")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from voz.errors import RobotError
 from voz.events import Event, Twist
+from voz.process.forks import ends_forks
 from voz.robot.base import Robot
 from voz.robot.user_code import describe_error, error_line, lost_reason, user_errors_as_mistake
 
@@ -167,7 +168,7 @@ class Mailbox:
                 over = self._hand_over()
             except BaseException as error:  # between two events; the robot must still be stopped
                 self._failure = self._failure or describe_error(error)
-        with contextlib.suppress(BaseException):  # it is used no more
+        with contextlib.suppress(BaseException), ends_forks():  # it is used no more
             self._robot.close()
         self._release()
 
@@ -208,8 +209,9 @@ class Mailbox:
             if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)
         try:
-            self._robot.receive(event)
-            answer = lost_reason(self._robot)
+            with ends_forks():
+                self._robot.receive(event)
+                answer = lost_reason(self._robot)
             with self._changed:
                 self._answer = answer
                 self._untold = answer or self._untold

@@ -21,6 +21,7 @@ from voz.config import Config
 from voz.errors import RobotError, RobotMistake
 from voz.events import Event, to_json
 from voz.printable import printable_output
+from voz.process.forks import close_in_forks
 from voz.robot.base import Robot
 
 PROCESS_EXIT_TIMEOUT = 1.0
@@ -76,6 +77,7 @@ class RobotProcess(Robot):
     def open(self) -> None:
         """Start the process and open the robot there; raises RobotError if that fails."""
         self._link, theirs = Pipe()
+        close_in_forks(self._link)
         with theirs:
             self._process = subprocess.Popen(
                 command(theirs.fileno()),

@@ -6,6 +6,7 @@ import threading
 from types import TracebackType
 
 from voz.events import Event, Twist
+from voz.process.forks import ends_forks
 from voz.robot.base import Robot
 from voz.robot.mailbox import EventBox
 
@@ -61,7 +62,8 @@ class SlowRobot(Robot):
     def _work(self) -> None:
         while event := self._next():
             try:
-                self._robot.receive(event)
+                with ends_forks():
+                    self._robot.receive(event)
             except BaseException as error:  # `sys.exit` too; it is raised at the next velocity
                 self._place = error.__traceback__
                 self._failure = error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 
 from msgspec.structs import asdict, replace
@@ -24,7 +25,7 @@ from voz.control.bounded_motion import Place
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import DEFAULT_STATE, CommandTable, can_move
-from voz.errors import ConfigError
+from voz.errors import ConfigError, RobotError
 from voz.events import (
     Attention,
     Event,
@@ -38,6 +39,7 @@ from voz.events import (
 )
 from voz.inbox import Renewal
 from voz.printable import shown_value
+from voz.process.forks import ends_forks
 from voz.records import check_type, is_finite
 from voz.settings import Ask, Safety
 
@@ -87,6 +89,7 @@ class Controller:
         self._safety = safety
         self.table = table or default_commands()
         self.odometry = odometry
+        self._process = os.getpid()
         self._state = State(listening=listening)
         self._last_command = 0.0
         # Not 0: the first utterance may have begun before the run.
@@ -112,6 +115,11 @@ class Controller:
     def moving(self) -> bool:
         """Whether the robot is asked to move."""
         return self._state.moving
+
+    @property
+    def is_forked(self) -> bool:
+        """Whether this process was forked from that of the controller, which drives on there."""
+        return os.getpid() != self._process
 
     @property
     def listening(self) -> bool:
@@ -243,12 +251,22 @@ class Controller:
         self.emit(Twist(now, 0.0, 0.0))
 
     def emit(self, *events: Event) -> None:
-        """Hand events to all receivers, whatever one raises; raises the first error afterward."""
+        """Hand events to all receivers, whatever one raises; raises the first error afterward.
+
+        Raises:
+            RobotError: this process was forked from the one that drives.
+        """
+        if self.is_forked:
+            raise RobotError(
+                "a forked process does not drive by the controller of the one that it comes from",
+                "make a voz.Controller of its own there",
+            )
         errors: list[BaseException] = []
         for event in events:
             for receive in self.receivers:
                 try:
-                    receive(event)
+                    with ends_forks():
+                        receive(event)
                 except BaseException as error:  # zero has to reach those behind it
                     errors.append(error)
         if errors:

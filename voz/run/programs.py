@@ -22,6 +22,7 @@ from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
 from voz.printable import printable_output
+from voz.process.forks import ends_forks
 from voz.robot.user_code import describe_error, import_target, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
@@ -155,7 +156,8 @@ class Programs:
         late.daemon = True
         late.start()
         try:
-            self._functions[event.function](*event.arguments)
+            with ends_forks():
+                self._functions[event.function](*event.arguments)
         except BaseException as error:  # `sys.exit` too
             return describe_error(error)
         finally:

@@ -40,8 +40,7 @@ def test_children_of_the_robot_and_of_the_run_that_live_on_keep_no_motion_alive(
         run.drive()
         wait_until(lambda: (tmp_path / "children").read_text().count("\n") == 2)
         run.process.kill()
-        run.wait_for("closed")
-        assert run.got()[-2] == "0.0"
+        run.is_left_with_zero()
 
 
 IN_A_LOOP = """

@@ -12,7 +12,7 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 
 FAULT, LOG, CHILDREN, WORKS = map(Path, ("fault", "log", "children", "works"))
-"""What is done with the next velocity that moves; what came; who was forked; when work is over."""
+"""What is done with the next velocity that moves; what came; who was forked; while it works."""
 
 
 def note(what: object) -> None:
@@ -30,8 +30,6 @@ def fork_and_live() -> None:
 
 
 class Unspeakable(Exception):
-    """An error that cannot be told."""
-
     def __str__(self) -> str:
         raise ValueError
 
@@ -40,7 +38,6 @@ class Faulty(Robot):
     """Fails as a file says, once."""
 
     def receive(self, event: Event) -> None:
-        """Note a velocity."""
         if isinstance(event, Twist):
             note(event.linear)
             if event.linear and FAULT.exists():
@@ -49,19 +46,17 @@ class Faulty(Robot):
                 exec(fault)
 
     def close(self) -> None:
-        """Note that it is over."""
         note("closed")
 
 
 class Chatty(Faulty):
-    """Has much to say of its losses while a file is there."""
+    """Is lost and there again, in turn, while it works, with much to say."""
 
     said = 0
 
     def lost(self) -> str | None:
-        """Be lost and there again, in turn."""
         self.said += 1
-        return "gone " * 2000 if CHILDREN.exists() and self.said % 2 else None
+        return "gone " * 2000 if WORKS.exists() and self.said % 2 else None
 
 
 class Arm(Faulty):
@@ -70,7 +65,6 @@ class Arm(Faulty):
     slow = True
 
     def receive(self, event: Event) -> None:
-        """Work."""
         super().receive(event)
         if not isinstance(event, Twist) and WORKS.exists():
             note("works")

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from calls import VOZ
@@ -18,14 +18,11 @@ F_SETPIPE_SZ = 1031  # Linux
 
 
 class Watched:
-    """A `voz run` with a robot of `own_robots`, and what that got.
+    """The run, in a folder of its own, and what the robot got."""
 
-    Attributes:
-        process: the run.
-    """
+    process: subprocess.Popen[bytes]
 
     def __init__(self, folder: Path) -> None:
-        self.process: subprocess.Popen[bytes]
         self._folder = folder
 
     def got(self) -> list[str]:
@@ -43,28 +40,28 @@ class Watched:
         wait_until(lambda: self.got()[-1:] == [what])
 
     def type(self, text: bytes) -> None:
-        """Type something."""
         assert self.process.stdin
         self.process.stdin.write(text)
         self.process.stdin.flush()
 
     def drive(self) -> None:
-        """Let it drive."""
         self.type(b"go forward\n")
         self.wait_for("0.1")
 
     def stands_from_now_on(self) -> None:
-        """It stands still for some beats."""
         so_far = len(self.got())
         wait_until(lambda: len(self.got()) > so_far + 5)
         assert set(self.got()[so_far:]) == {"0.0"}
 
-    def end(self) -> None:
-        """End it; zero is the last velocity, and the robot is closed."""
-        self.process.terminate()
-        assert self.process.wait(PATIENCE) == 143
+    def is_left_with_zero(self) -> None:
+        """The robot is closed after a last zero."""
         self.wait_for("closed")
         assert self.got()[-2] == "0.0"
+
+    def end(self) -> None:
+        self.process.terminate()
+        assert self.process.wait(PATIENCE) == 143
+        self.is_left_with_zero()
 
 
 @contextmanager
@@ -75,40 +72,37 @@ def watched(
     run = Watched(folder)
     ours, theirs = os.pipe()
     fcntl.fcntl(ours, F_SETPIPE_SZ, 4096)  # as few bytes as can be: it is full at once
-    run.process = start(folder, environment, kind, sound, stdout=theirs, stderr=theirs)
-    os.close(theirs)
-    try:
-        run.wait_for("0.0")
-        yield run
-    finally:
-        children = folder / "children"
-        forked = children.read_text().split() if children.exists() else []
-        for process in forked:
-            os.kill(int(process), signal.SIGKILL)
-        with suppress(ProcessLookupError):
+    with start(folder, environment, theirs, theirs, kind, sound) as run.process:
+        os.close(theirs)
+        try:
+            run.wait_for("0.0")
+            yield run
+        finally:
+            children = folder / "children"
+            for process in children.read_text().split() if children.exists() else ():
+                os.kill(int(process), signal.SIGKILL)
             run.process.send_signal(signal.SIGCONT)
-        run.process.kill()
-        run.process.wait()
-        assert run.process.stdin
-        run.process.stdin.close()
-        os.close(ours)
+            run.process.kill()
+            os.close(ours)
 
 
 def start(
     folder: Path,
     environment: dict[str, str],
+    stdout: int,
+    stderr: int,
     kind: str = "Faulty",
     sound: bool = False,
-    **outputs: int,
 ) -> subprocess.Popen[bytes]:
-    """Start a run, whose files are in a folder."""
+    """Start it alone, with a robot of `own_robots`."""
     paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    how = ["--listening", "--events", "events.jsonl", *([] if sound else ["--no-sound"])]
     return subprocess.Popen(
-        [*VOZ, "run", "--listening", "--robot", f"own_robots:{kind}", "--events", "events.jsonl",
-         *([] if sound else ["--no-sound"])],
+        [*VOZ, "run", "--robot", f"own_robots:{kind}", *how],
         cwd=folder,
         env=environment | {"PYTHONPATH": os.pathsep.join(paths)},
         stdin=subprocess.PIPE,
+        stdout=stdout,
+        stderr=stderr,
         preexec_fn=signals_as_a_terminal_has_them,
-        **outputs,
-    )  # fmt: skip
+    )

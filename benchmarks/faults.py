@@ -1,148 +1,149 @@
-"""How soon the robot stands still when something breaks, and how soon it hears again.
+"""How soon the robot is told to stand when something breaks: microphone, page, robot, ROS 1.
 
-Run `python benchmarks/faults.py [--runs N]`. Each fault is caused for real, in a `voz run` that
-drives a robot and listens to a microphone without hardware, of a PulseAudio server of its own. The
-first time runs from the fault to zero velocity, the second from its end until the program says that
-it hears again, or from a signal until the program has ended. They are measured outside, where the
-events arrive; of all runs the worst is printed.
+Run `python benchmarks/faults.py [--times N] [--only WORD]`; ROS 1 is that of `make test`. The time
+runs from a real fault to the first zero velocity outside: among the events of `voz run`, at the
+robot that `kill -9` leaves alone, or at a client of ROS 1 that shares no code with rospy.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from subprocess import Popen
 
+import numpy as np
 from machine import machine
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from live_robot import LiveRobot, broken_recognizer, live_robot, moves, rests, warns
-from pulseaudio import running_server, sound_server
-
-LASTS = 2.0
-"""How long a fault lasts, s."""
-
-
-class Took(NamedTuple):
-    """Seconds until zero velocity, until it hears again or has ended, and what it warned of."""
-
-    zero: float
-    after: float
-    warning: str
+from live_robot import LiveRobot, broken_recognizer, live_robot, moves, rests
+from operator_page import Page, opened, page_robot
+from promises.real_run import watched
+from pulseaudio import sound_server
+from recordings import ROOT
+from ros1.ros import Client, Program, Ros, eventually, running_ros
 
 
 @contextmanager
-def driving(environment: dict[str, str], before: str = "") -> Iterator[LiveRobot]:
-    with live_robot(environment, "--listening", before=before) as robot:
-        time.sleep(1)
-        robot.type("go forward")
-        robot.wait_for(moves)
-        time.sleep(0.5)
-        yield robot
-
-
-def measure(robot: LiveRobot, cause: Callable[[], object], end: Callable[[], object]) -> Took:
-    since = len(robot.arrived)
-    caused = time.monotonic()
-    cause()
-    zero = robot.wait_for(rests, since).when - caused
-    time.sleep(LASTS)
-    ended = time.monotonic()
-    end()
-    again = robot.wait_for(warns("listening again"), since).when - ended
-    return Took(zero, again, robot.warnings(since)[0])
-
-
-def server_killed() -> Took:
+def driving(*arguments: str, before: str = "") -> Iterator[tuple[LiveRobot, Popen[bytes]]]:
+    paths = {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests" / "promises")])}
     with (
         sound_server() as (environment, server),
-        driving(environment) as robot,
-        ExitStack() as restarted,
+        live_robot(environment | paths, "--listening", *arguments, before=before) as robot,
     ):
-        return measure(
-            robot, server.kill, lambda: restarted.enter_context(running_server(environment))
-        )
+        robot.type("go forward")
+        robot.wait_for(moves)
+        time.sleep(1)  # the room is heard
+        yield robot, server
 
 
-def server_hangs() -> Took:
-    with sound_server() as (environment, server), driving(environment) as robot:
-        return measure(
-            robot,
-            lambda: server.send_signal(signal.SIGSTOP),
-            lambda: server.send_signal(signal.SIGCONT),
-        )
+def until_zero(robot: LiveRobot, cause: Callable[[], object]) -> float:
+    since, begun = len(robot.arrived), time.monotonic()
+    cause()
+    return robot.wait_for(rests, since).when - begun
 
 
-def recognizer_fails(fault: str) -> Took:
-    with sound_server() as (environment, _), tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "broken"
-        with driving(environment, broken_recognizer(file, fault)) as robot:
-            return measure(robot, file.touch, file.unlink)
+def server(number: signal.Signals) -> float:
+    with driving() as (robot, server):
+        return until_zero(robot, lambda: server.send_signal(number))
 
 
-def ended(number: signal.Signals, hangs: bool = False) -> Took:
-    with sound_server() as (environment, server), driving(environment) as robot:
-        if hangs:
-            server.send_signal(signal.SIGSTOP)
+def recognizer(fault: str) -> float:
+    file = Path("broken")
+    with driving(before=broken_recognizer(file, fault)) as (robot, _):
+        return until_zero(robot, file.touch)
+
+
+def ended() -> float:
+    with driving() as (robot, _):
+        begun = time.monotonic()
+        robot.end(signal.SIGTERM)
+        assert rests(robot.arrived[-1].event), "zero velocity was not the last event"
+        return robot.arrived[-1].when - begun
+
+
+def page(lose: Callable[[Page], object]) -> float:
+    with page_robot({**os.environ}, "--listening") as robot, opened(robot) as page:
+        page.start_driving()
+        robot.command("go forward", page=page.welcome["secret"]).raise_for_status()
+        robot.robot.wait_for(moves)
+        return until_zero(robot.robot, lambda: lose(page))
+
+
+def own_robot(fault: str) -> float:
+    """Let a robot of a user's fail, beside another that is to be stopped."""
+    with driving("--robot", "own_robots:Faulty,console") as (robot, _):
+        return until_zero(robot, lambda: Path("fault").write_text(fault))
+
+
+def killed() -> float:
+    with sound_server() as (environment, _), watched(Path.cwd(), environment) as run:
+        run.drive()
+        begun = time.monotonic()
+        run.process.kill()
+        run.wait_for("0.0")
+        return time.monotonic() - begun
+
+
+def ros1(fault: Callable[[Ros, Program, Client], object]) -> float:
+    with running_ros(Path.cwd()) as ros:
+        node = ros.node("control_voz", "_sound:=none", "_listening:=true")
+        speaking, watching = ros.client(), ros.client("/cmd_vel")
+
+        def drives() -> bool:
+            speaking.say("go forward")
             time.sleep(0.1)
-        sent = time.monotonic()
-        code = robot.end(number)
-        gone = time.monotonic() - sent
-        zero = robot.arrived[-1]
-        assert rests(zero.event), "zero velocity was not the last event"
-        return Took(zero.when - sent, gone, f"exit code {code}")
+            return (0.1, 0.0) in watching.velocities()
+
+        eventually(drives)
+        begun = time.time()
+        fault(ros, node, speaking)
+        watching.wait_for_velocity(0, 0)
+        zeros = [each["at"] for each in watching.messages if not each["data"]["linear"]["x"]]
+        return float(min(at for at in zeros if at >= begun) - begun)
 
 
-@contextmanager
-def busy() -> Iterator[None]:
-    """Keep both cores, or as many as there are, busy."""
-    with ExitStack() as processes:
-        for _ in range(2):
-            process = subprocess.Popen([sys.executable, "-c", "while True: pass"])
-            processes.callback(process.wait)
-            processes.callback(process.kill)
-        yield
-
-
-def on_a_busy_computer(fault: Callable[[], Took]) -> Took:
-    with busy():
-        return fault()
-
-
-FAULTS: dict[str, Callable[[], Took]] = {
-    "sound server killed, started again": server_killed,
-    "sound server hangs, goes on": server_hangs,
-    "recognizer raises": lambda: recognizer_fails('raise RuntimeError("out of order")'),
-    "recognizer hangs for 3 s": lambda: recognizer_fails("time.sleep(3)"),
-    "recognizer takes twice the time": lambda: recognizer_fails("time.sleep(0.06)"),
-    "both cores busy, server killed": lambda: on_a_busy_computer(server_killed),
-    "both cores busy, server hangs": lambda: on_a_busy_computer(server_hangs),
-    "Ctrl-C": lambda: ended(signal.SIGINT),
-    "SIGTERM": lambda: ended(signal.SIGTERM),
-    "SIGHUP": lambda: ended(signal.SIGHUP),
-    "Ctrl-C while the sound server hangs": lambda: ended(signal.SIGINT, hangs=True),
+FAULTS: dict[str, Callable[[], float]] = {
+    "microphone: sound server killed": lambda: server(signal.SIGKILL),
+    "microphone: sound server hangs": lambda: server(signal.SIGSTOP),
+    "microphone: recognizer raises": lambda: recognizer('raise RuntimeError("out of order")'),
+    "microphone: recognizer hangs": lambda: recognizer("time.sleep(3)"),
+    "microphone: recognizer takes twice the time": lambda: recognizer("time.sleep(0.06)"),
+    "page: closed": lambda: page(lambda page: page.socket.close()),
+    "page: answers no more": lambda: page(lambda page: setattr(page, "there", False)),
+    "robot: raises": lambda: own_robot("raise OSError(5)"),
+    "robot: hangs": lambda: own_robot("time.sleep(3)"),
+    "voz: SIGTERM": ended,
+    "voz: kill -9": killed,
+    "ROS 1: kill -9 of the recognizer": lambda: ros1(lambda _, node, speaking: speaking.kill()),
+    "ROS 1: kill -9 of the master": lambda: ros1(lambda ros, *_: ros.master.kill()),
+    "ROS 1: SIGTERM to control_voz": lambda: ros1(lambda _, node, *__: node.process.terminate()),
+    "ROS 1: kill -9 of control_voz": lambda: ros1(lambda _, node, *__: node.kill()),
 }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=3, help="of each fault")
+    parser.add_argument("--times", type=int, default=3, help="of each fault")
+    parser.add_argument("--only", default="", metavar="WORD", help="faults with this in their name")
     arguments = parser.parse_args()
-    print(f"{machine()}; the worst of {arguments.runs} runs\n")
-    print(f"{'':37}zero velocity   hears again")
-    print(f"{'':37}after           (or ended) after")
+    print(f"{machine()}\n\n| {arguments.times} times each | median | longest |\n|---|---|---|")
     for name, fault in FAULTS.items():
-        runs = [fault() for _ in range(arguments.runs)]
-        zero, after = max(run.zero for run in runs), max(run.after for run in runs)
-        print(f"{name:36} {zero:6.2f} s        {after:6.2f} s   {runs[0].warning}", flush=True)
+        if arguments.only in name:
+            took = []
+            for _ in range(arguments.times):
+                with tempfile.TemporaryDirectory(prefix="voz-faults-") as folder:
+                    os.chdir(folder)
+                    took.append(fault())
+                    os.chdir(ROOT)
+            print(f"| {name} | {np.median(took):.2f} s | {max(took):.2f} s |", flush=True)
 
 
 if __name__ == "__main__":

@@ -134,7 +134,7 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
             for number, finder in enumerate(finders):
                 if finder.best(sounds).log_odds >= NEARLY:
                     heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
-                    alarms[number] += sum(utterance.named for utterance in heard)
+                    alarms[number] += sum(bool(utterance.named) for utterance in heard)
     by_name = np.reshape(scores, (-1, len(names))).T.tolist()
     return Talk(samples / SAMPLE_RATE / 3600, by_name, alarms)
 

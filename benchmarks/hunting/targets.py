@@ -14,19 +14,20 @@ from pathlib import Path
 from random import Random
 
 from calls import VOZ
-from hunting.observing import Observer, Seen
-from hunting.quarry import Quarry, started
 from live_robot import broken_recognizer, speak
 from pulseaudio import running_server, sound_server
 from recordings import FIXTURES, ROOT
 from ros1.ros import STRING, Ros
 from ros2_domain import free_domain
 
+from hunting.observing import Observer, Seen
+from hunting.quarry import Quarry, started
+
 TARGETS = ("live", "robot", "text", "ros1", "ros2")
 
 HERE = Path(__file__).parent
-ROS1_CLIENT = HERE.parent / "ros1" / "client.cjs"
-ROS2_PEER = HERE.parent / "robot" / "ros2" / "cyclone_peer.py"
+ROS1_CLIENT = ROOT / "tests" / "ros1" / "client.cjs"
+ROS2_PEER = ROOT / "tests" / "ros2" / "cyclone_peer.py"
 
 # A thread dies: an exception is raised in it, as by a bug. And it tells where its threads are.
 DEADLY = """

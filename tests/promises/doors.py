@@ -500,7 +500,7 @@ DOORS: tuple[Door, ...] = (
         watched=False,
         cannot={**TEXT_OF_A_RUN, **dict.fromkeys(LOSSES, "nobody is watched: see unwatched")},
     ),
-    Elsewhere("voz.Client", "a real page, in `tests/promises/test_real_processes.py`"),
+    Elsewhere("voz.Client", "a real page, in `tests/promises/test_client_door.py`"),
     LiveDoor(
         "typed",
         _type,

@@ -13,8 +13,16 @@ from voz.config import default_commands
 from voz.control.attention import (
     ANSWER_SECONDS,
     AWAKE_SECONDS,
+    NOTHING,
+    AttentionState,
+    Question,
+    answer,
     differing_words,
+    forget_old_question,
+    is_asleep,
+    put_question,
     question_about,
+    wake,
 )
 from voz.events import Attention, Event, PossibleCommand, Reply, Twist, Utterance
 from voz.inbox import Renewal
@@ -134,13 +142,39 @@ def test_yes_does_what_was_asked_and_no_forgets_it() -> None:
         assert [e.answers for e in events if isinstance(e, Attention)][-1] == ()
 
 
-def test_one_word_decides_between_two() -> None:
+@pytest.mark.parametrize(("word", "velocity"), [("forward", 0.1), ("back", -0.1), ("no", 0.0)])
+def test_one_word_decides_between_two(word: str, velocity: float) -> None:
     controller, events = a_controller(name="", ask="always")
     controller.hear(unsure(1.0, "go forward", "go back"))
     assert [e.text for e in events if isinstance(e, Reply)] == ["forward or back?"]
-    controller.hear(spoken("back", 3.0))
-    assert controller.velocities == (-0.1, 0.0)
-    assert obeyed(events) == ["go back"]
+    controller.hear(spoken(word, 3.0))
+    assert controller.velocities == (velocity, 0.0)
+    assert obeyed(events) == [f"go {word}" if velocity else "no"]
+
+
+def test_it_is_awake_for_eight_seconds_to_the_last_moment() -> None:
+    awake = wake(AttentionState(), spoken(NAME, 1.1))  # which ended a tenth before
+    assert awake.awake_until == 9.0
+    assert not is_asleep(awake, 9.0)
+    assert is_asleep(awake, 9.01)
+
+
+def test_a_question_can_be_answered_for_four_seconds_after_it_was_said() -> None:
+    question = question_about(unsure(1.0, "go back"), "always", TABLE)
+    assert question
+    assert question.until == pytest.approx(1.0 + len("did you say go back?") * 0.07 + 4.0)
+    asked = put_question(AttentionState(), question)
+    assert asked.awake_until == question.until
+    in_time = replace(spoken("no", 3.0), start=question.until)
+    assert answer(asked, in_time) is NOTHING
+    assert answer(asked, replace(in_time, start=question.until + 0.01)) is None
+    assert forget_old_question(asked, question.until) == asked
+    assert forget_old_question(asked, question.until + 0.01).question is None
+
+
+def test_a_question_lets_nobody_fall_asleep_earlier() -> None:
+    asked = put_question(AttentionState(awake_until=20.0), Question("so?", {}, until=5.0))
+    assert asked.awake_until == 20.0
 
 
 def test_it_asks_once_and_waits_for_four_seconds() -> None:
@@ -200,6 +234,20 @@ def test_the_words_that_differ_tell_two_sentences_apart(one: list[str], other: l
         assert first != second
         assert first in " ".join(one)
         assert second in " ".join(other)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "differing"),
+    [
+        ("turn left now", "turn right now", ("left", "right")),
+        ("go", "go on", ("go", "go on")),
+        ("please go on", "go on", ("please go", "go")),
+    ],
+)
+def test_two_sentences_are_told_apart_by_as_few_words_as_do(
+    one: str, other: str, differing: tuple[str, str]
+) -> None:
+    assert differing_words(one, other) == differing
 
 
 MOMENTS = st.lists(

@@ -89,6 +89,7 @@ def test_s6_motion_expires_only_with_a_limit_and_only_while_moving() -> None:
     limit = Safety(motion_time_limit=5)
     assert not motion_has_expired(True, 4.9, limit)
     assert motion_has_expired(True, 5.0, limit)
+    assert motion_has_expired(True, 0.5, Safety(motion_time_limit=0.5))
     assert not motion_has_expired(False, 60, limit)
     assert not motion_has_expired(True, 60, SAFE)
     assert not motion_has_expired(True, 60, Safety(enabled=False, motion_time_limit=5))

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from voz.control.motion import Motion
+from voz.control.state_machine import State
 from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.controller import Controller
@@ -111,6 +113,15 @@ def test_while_it_is_lost_what_moves_the_robot_all_the_same_is_stopped_again(
     ] * 2
 
 
+def test_while_it_is_lost_what_moves_the_robot_without_a_command_is_stopped_again() -> None:
+    controller = Controller([], Safety(), listening=True)
+    watch = Watch(controller, lambda: "gone", "back")
+    watch.look(0.1)
+    controller._state = State(listening=True, motion=Motion(linear=100))  # as by a fault in voz
+    watch.look(0.2)
+    assert not controller.moving
+
+
 def test_a_source_with_two_losses_is_heard_again_when_both_are_over() -> None:
     lost = {"microphone": True, "page": True}
     clock: Any = None
@@ -153,11 +164,12 @@ def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:
 
 
 def test_a_flood_is_one_line_when_it_is_over() -> None:
-    looks = {t / 10: min(max(t - 3, 0), 4) * 100 for t in range(100)}
-    assert flood_lines(looks) == [(0.8, "400 messages came too fast and were dropped")]
+    looks = {20 + t / 10: min(max(t - 3, 0), 4) * 100 for t in range(100)}
+    assert flood_lines(looks) == [(20.8, "400 messages came too fast and were dropped")]
 
 
-def test_a_flood_without_an_end_is_a_line_now_and_then() -> None:
-    lines = flood_lines({t / 10: t * 100 for t in range(160)})
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_flood_without_an_end_is_a_line_now_and_then(first: int) -> None:
+    lines = flood_lines({t / 10: t * 100 for t in range(first, 160)})
     assert [t for t, _ in lines] == [5.0, 10.0, 15.0]
     assert lines[1][1] == "5000 messages came too fast and were dropped"

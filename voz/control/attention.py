@@ -86,8 +86,9 @@ def forget_old_question(attention: AttentionState, t: float) -> AttentionState:
 def answer(attention: AttentionState, said: Utterance) -> PossibleCommand | None:
     """The command that an utterance means as an answer; `NOTHING` for a no; else None."""
     asked = attention.question
-    in_time = asked is not None and said.start <= asked.until
-    return asked.answers.get(said.text) if asked and in_time else None
+    if asked is None or said.start > asked.until:
+        return None
+    return asked.answers.get(said.text)
 
 
 def question_about(said: Utterance, ask: Ask, table: CommandTable) -> Question | None:

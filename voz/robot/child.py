@@ -39,7 +39,7 @@ class WatchedRobot:
     def __init__(self, robot: Robot, only_zero: bool) -> None:
         self._robot = robot
         self._only_zero = only_zero
-        self._last = Twist(0.0, 0.0, 0.0)
+        self._last = 0.0  # when the last velocity was sent, s
         self._silent = False
         self._has_velocity = False
 
@@ -52,7 +52,7 @@ class WatchedRobot:
         """Hand an event on; after a silence, only velocities after the run's own zero."""
         if isinstance(event, Twist):
             self._has_velocity = True
-            self._last = event
+            self._last = event.t
             if not (event.linear or event.angular):
                 self._silent = False
             elif self._silent:
@@ -62,7 +62,7 @@ class WatchedRobot:
     def stop(self) -> None:
         """Stop the robot, as the run is silent."""
         self._silent = self._has_velocity  # before the first velocity nothing is lost
-        self._do(Twist(self._last.t, 0.0, 0.0), even_if_another_drives=True)
+        self._do(Twist(self._last, 0.0, 0.0), even_if_another_drives=True)
 
     def _do(self, event: Event, even_if_another_drives: bool = False) -> EventAnswer:
         silent = f"nothing came for {RUN_TIMEOUT:g} s" if self._silent else None

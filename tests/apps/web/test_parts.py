@@ -54,9 +54,16 @@ def test_the_first_page_that_asks_drives_until_another_takes_over() -> None:
     assert not lock.release(1)
 
 
+def test_a_robot_that_no_page_drives_misses_none() -> None:
+    lock = DriverLock()
+    assert not lock.released_at_rest
+    assert lock.trouble(99.0, moving=True) is None
+
+
 def test_a_page_that_gives_no_sign_is_missed_only_by_a_robot_that_moves() -> None:
     lock = DriverLock()
     lock.acquire(1, False, 0.0)
+    assert lock.trouble(DRIVER_TIMEOUT, moving=True) is None
     assert lock.trouble(DRIVER_TIMEOUT + 0.01, moving=False) is None
     assert lock.trouble(DRIVER_TIMEOUT + 0.01, moving=True)
     assert lock.trouble(DRIVER_TIMEOUT + 0.02, moving=False)  # until it is back

@@ -61,8 +61,9 @@ class DriverLock:
 
     def release_if_silent(self, now: float) -> bool:
         """Release a driver that has not answered for long; returns whether it was just now."""
-        silent = self.driver is not None and now - self._last_answer > RELEASE_TIMEOUT
-        return silent and self.release(self.driver or 0)
+        if self.driver is None or now - self._last_answer <= RELEASE_TIMEOUT:
+            return False
+        return self.release(self.driver)
 
     def trouble(self, now: float, moving: bool) -> str | None:
         """Report that the page that drove a moving robot is gone; None for a robot at rest."""

@@ -84,7 +84,31 @@ TARGETS = [
     Target("voz/apps/web/driver_lock.py", LOCK),
 ]
 
-EQUIVALENT: dict[str, dict[str, str]] = {}
+READ_LATER = "it is set before it is read"
+
+EQUIVALENT = {
+    "voz/control/motion.py": {
+        "faster: motion.linear > 0 -> motion.linear >= 0": "it is not 0 there",
+    },
+    "voz/control/safety.py": {
+        "_thousandths: round(velocity * PER_UNIT, 6) -> round(velocity * PER_UNIT, 7)": (
+            "a product of floats is off by less than either"
+        ),
+    },
+    "voz/control/table.py": {
+        "_check: {True, False} <= _answers(table, state) -> {True, False} < _answers(table, state)": (
+            "what asks is no answer itself, so that there is a third value"
+        ),
+    },
+    "voz/run/watch.py": {
+        "Watch: __init__: self._commanded = False -> pass": READ_LATER,
+        "Watch: __init__: self._commanded = False -> self._commanded = True": READ_LATER,
+    },
+    "voz/apps/web/driver_lock.py": {
+        "DriverLock: __init__: self._last_answer = 0.0 -> pass": READ_LATER,
+        "DriverLock: __init__: self._last_answer = 0.0 -> self._last_answer = 1.0": READ_LATER,
+    },
+}
 """Mutants that do what the original does, by module and as they are printed, and why."""
 
 

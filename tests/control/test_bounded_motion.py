@@ -9,9 +9,18 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from voz.config import Config
-from voz.control.bounded_motion import MAX_ODOMETRY_AGE, Place, place_from_odometry
+from voz.control.bounded_motion import (
+    BoundedMotion,
+    Place,
+    begin_bounded,
+    is_finished,
+    place_from_odometry,
+    update_bounded,
+)
+from voz.control.motion import Motion
 from voz.control.state_machine import GivenCommand, State, let_time_pass, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
@@ -59,8 +68,55 @@ def test_odometry_tells_the_place_while_it_is_new() -> None:
     odometry = 3.0, SimpleNamespace(pose=SimpleNamespace(pose=pose))
     place = place_from_odometry(odometry, 3.0)
     assert place == pytest.approx((1.0, -2.0, math.pi / 2))
-    assert place_from_odometry(odometry, 3.0 + MAX_ODOMETRY_AGE) is None
+    assert place_from_odometry(odometry, 3.49) == place
+    assert place_from_odometry(odometry, 3.5) is None
     assert place_from_odometry(None, 3.0) is None
+
+
+def test_what_it_has_moved_is_known_by_its_velocity_and_by_odometry() -> None:
+    way = begin_bounded(Step(drive=0.5, metres=2, seconds=9), 1.0, None)
+    assert way == BoundedMotion(1.0, 10.0, 2.0, None, 0.0, None, 0.0, 0.0, 0.0)
+    assert update_bounded(way, Motion(linear=-500), 3.0, (1.0, 2.0, 0.5)) == replace(
+        way, t=3.0, expected=1.0
+    )
+    turn = begin_bounded(Step(rotate=0.5, degrees=180), 1.0, (1.0, 2.0, 3.0))
+    assert turn == BoundedMotion(1.0, None, None, math.pi, 0.0, (1.0, 2.0, 3.0), 3.0, 0.0, 0.0)
+    for _ in range(2):  # a circle, a quarter at a time
+        turn = update_bounded(turn, Motion(angular=500), turn.t + 3, (4.0, 6.0, turn.heading - 1.5))
+    assert (turn.t, turn.expected, turn.heading, turn.angle) == (7.0, 3.0, 0.0, -3.0)
+    assert turn.distance == 5.0
+
+
+HERE: Place = (0.0, 0.0, 0.0)
+SLOW, STILL = Motion(linear=500, angular=-500), Motion()
+
+
+@pytest.mark.parametrize(
+    ("bounded", "motion", "finished"),
+    [
+        (BoundedMotion(0.0, until=0.05), STILL, False),  # the next beat is as near
+        (BoundedMotion(0.001, until=0.05), STILL, True),
+        (BoundedMotion(1.94, until=2.0), STILL, False),
+        (BoundedMotion(9.0, metres=1.0, expected=1.0), STILL, False),
+        (BoundedMotion(9.0, metres=1.0, expected=1.01), STILL, True),
+        (BoundedMotion(9.0, metres=1.0, expected=0.97), SLOW, False),
+        (BoundedMotion(9.0, metres=1.0, expected=0.98), SLOW, True),
+        (BoundedMotion(9.0, radians=1.0, expected=0.98), SLOW, True),
+        (BoundedMotion(9.0, metres=1.0, expected=1.5, origin=HERE), STILL, False),
+        (BoundedMotion(9.0, metres=1.0, expected=1.51, origin=HERE), STILL, True),
+        (BoundedMotion(9.0, metres=1.0, distance=1.0, origin=HERE), STILL, False),
+        (BoundedMotion(9.0, metres=1.0, distance=1.01, origin=HERE), STILL, True),
+        (BoundedMotion(9.0, metres=1.0, distance=0.97, origin=HERE), SLOW, False),
+        (BoundedMotion(9.0, metres=1.0, distance=0.98, origin=HERE), SLOW, True),
+        (BoundedMotion(9.0, metres=1.0, distance=2.0), SLOW, False),
+        (BoundedMotion(9.0, radians=1.0, angle=-1.01, origin=HERE), STILL, True),
+        (BoundedMotion(9.0, until=99.0, expected=9.0), SLOW, False),
+    ],
+)
+def test_it_ends_with_the_beat_that_is_nearest_to_its_end(
+    bounded: BoundedMotion, motion: Motion, finished: bool
+) -> None:
+    assert is_finished(bounded, motion) == finished
 
 
 @pytest.mark.parametrize(

@@ -251,7 +251,8 @@ def test_a_no_another_command_or_silence_takes_it_back() -> None:
     assert asked.events == (Reply(1, "the knife?"),)
     assert say(asked.state, "no", 2) == Transition(LISTENING, (), True, None)
     assert say(say(asked.state, "light", 2).state, "yes", 3).ignored == "nothing_asked"
-    assert say(asked.state, "yes", 12).ignored == "nothing_asked"
+    assert say(asked.state, "yes", 11).confirmed == GivenCommand("knife", {}, 11)
+    assert say(asked.state, "yes", 11.1).ignored == "nothing_asked"
     assert let_time_pass(asked.state, 11, Safety()) == Transition(asked.state, (), True, None)
     told = Notice(11.1, 'no answer: "knife" is not done')
     assert let_time_pass(asked.state, 11.1, Safety()) == Transition(LISTENING, (told,), True, None)

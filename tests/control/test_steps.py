@@ -39,6 +39,32 @@ def test_what_contradicts_itself_is_refused(written: dict[str, object], why: str
     assert why in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("written", "beyond"),
+    [
+        ({"drive": 1000}, {"drive": 1000.5}),
+        ({"drive": -1000}, {"drive": -1000.5}),
+        ({"turn": 0.1, "degrees": 1000}, {"turn": 0.1, "degrees": 1000.5}),
+        ({"drive": 0.1, "seconds": 0.001}, {"drive": 0.1, "seconds": 0}),
+        ({"run": ["true"], "seconds": 3600}, {"run": ["true"], "seconds": 3600.5}),
+        ({"call": ["a:b"], "seconds": 3600}, {"call": ["a:b"], "seconds": 3600.5}),
+        ({"drive": 0.1, "metres": 0.001}, {"drive": 0.1, "metres": -0.001}),
+        ({"say": "x" * 300}, {"say": "x" * 301}),
+        ({"play": "bell"}, {"call": []}),
+        ({"confirm": True}, {"confirm": False}),
+    ],
+)
+def test_each_bound_is_allowed_and_what_is_beyond_is_refused(
+    written: dict[str, object], beyond: dict[str, object]
+) -> None:
+    step = Step(**written)  # type: ignore[arg-type]
+    assert msgspec.convert(written, Step) == step
+    with pytest.raises(ConfigError):
+        Step(**beyond)  # type: ignore[arg-type]
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.convert(beyond, Step)
+
+
 @given(st.floats() | st.integers() | st.text(max_size=4) | st.sampled_from(["nan", 10**400]))
 def test_no_slot_moves_faster_or_farther_than_a_table_may_say(said: str | float) -> None:
     try:
@@ -70,13 +96,14 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
 @pytest.mark.parametrize(
     ("slots", "why"),
     [
-        ({}, "nothing was said for {way}"),
-        ({"way": "far"}, '{way} is "far", not a number'),
-        ({"way": 0}, "`metres` is 0"),
-        ({"way": 5000}, "Expected `float` <= 1000.0 - at `Step.metres`"),
-        ({"way": "nan"}, "Expected `float` >= -1000.0 - at `Step.metres`"),
+        ({}, "nothing was said for {pace}"),
+        ({"pace": 0.1}, "nothing was said for {way}"),
+        ({"pace": 0.1, "way": "far"}, '{way} is "far", not a number'),
+        ({"pace": 0.1, "way": 0}, "`metres` is 0"),
+        ({"pace": 0.1, "way": 5000}, "Expected `float` <= 1000.0 - at `Step.metres`"),
+        ({"pace": 0.1, "way": "nan"}, "Expected `float` >= -1000.0 - at `Step.metres`"),
     ],
 )
 def test_a_slot_that_does_not_fit_is_refused(slots: dict[str, str | float], why: str) -> None:
     with pytest.raises(ValueError, match=re.escape(why)):
-        fill_slots(Step(drive=0.1, metres="{way}"), slots)
+        fill_slots(Step(drive="{pace}", metres="{way}"), slots)

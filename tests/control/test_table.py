@@ -38,21 +38,29 @@ def test_another_word_does_the_same() -> None:
         ({"stop": "go back"}, '"stop" is redefined'),
         ({"stop": (Step(say="now"), Step(stop=True))}, '"stop" is redefined'),
         ({"stop": Step(stop=True, confirm=True)}, '"stop" is redefined'),
+        (
+            {"stop": (Step(stop=True, confirm=True), Step(say="now")), "yes": YES, "no": NO},
+            '"stop" is redefined',
+        ),
         ({"stop": (Step(stop=True), Step(drive=0.1))}, '"stop" is redefined'),
         ({"stop": (Step(stop=True), Step(run=("sleep", "1")))}, '"stop" is redefined'),
         (
-            {"halt": Step(stop=True, say="{why}")},
-            '"halt" stops, and must not depend on the slot why',
+            {"halt": Step(stop=True, say="{why} {how}")},
+            '"halt" stops, and must not depend on the slot how',
         ),
         (
             {"off": Step(listen=False, say="{why}")},
             '"off" stops, and must not depend on the slot why',
         ),
         ({"a": "b"}, '"a" is an alias of "b", which is not a command here'),
+        ({"a": "stopp"}, 'which is not a command here; did you mean "stop"?'),
         ({"a": "b", "b": "a"}, '"a" is an alias of "a", which is an alias of it'),
         ({"off": (Step(listen=False), Step(drive=0.1))}, '"off" begins or ends the listening'),
         ({"menu": Step(state="arm")}, '"menu" switches to "arm"; there is no [states.arm]'),
         ({"a": Step(drive=0.1, confirm=True)}, '"a" asks first, and no command answers'),
+        ({"a": (Step(drive=0.1, confirm=True), Step(say="on"))}, '"a" asks first, and no command'),
+        ({"a": Step(drive=0.1, confirm=True), "yes": YES}, '"a" asks first, and no command'),
+        ({"a": Step(drive=0.1, confirm=True), "no": NO}, '"a" asks first, and no command'),
         (
             {"a": (Step(stop=True), Step(drive=0.1, confirm=True)), "yes": YES, "no": NO},
             '"a" has `confirm` or `again` after the first step',
@@ -65,9 +73,10 @@ def test_another_word_does_the_same() -> None:
         ({"on": (Step(listen=True), Step(drive=0.1))}, '"on" begins or ends the listening'),
         ({"a": (Step(drive=0.1), Step(rotate=0.1, degrees=90))}, "goes on after a motion"),
         (
-            {"a": Step(publish=40_000, topic="selected_object")},
+            {"a": Step(publish=32_768, topic="selected_object")},
             '"a" selects an object; the largest number is 32767',
         ),
+        ({"a": Step(publish=-32_769, topic="selected_object")}, '"a" selects an object'),
         (
             {"a": Step(publish=1, topic="lamp"), "b": Step(publish="on", topic="lamp")},
             '"b" publishes values of two types on lamp',
@@ -81,6 +90,11 @@ def test_what_cannot_be_is_refused_by_name(
         table(commands)
     assert str(caught.value).startswith("[commands] ")
     assert why in str(caught.value)
+
+
+@pytest.mark.parametrize("number", [-32_768, 32_767])
+def test_an_object_has_any_number_of_sixteen_bits(number: int) -> None:
+    assert table({"a": Step(publish=number, topic="selected_object")}).topics == {}
 
 
 @pytest.mark.parametrize("name", ["stop", "stop speech", "start speech"])

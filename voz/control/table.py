@@ -165,7 +165,7 @@ def _resolved(name: str, commands: CommandDefinitions, state: str, places: Place
     seen = [name]
     while isinstance(command := commands[seen[-1]], str):
         if command not in commands:
-            near = get_close_matches(command, commands, 1)
+            near = get_close_matches(command, commands)
             meant = f'; did you mean "{near[0]}"?' if near else ""
             why = f'is an alias of "{command}", which is not a command here{meant}'
             raise _error_at(places, state, name, why)

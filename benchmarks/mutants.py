@@ -95,10 +95,13 @@ EQUIVALENT = {
             "a product of floats is off by less than either"
         ),
     },
+    "voz/control/state_machine.py": {
+        "_step_events: step.publish is not None and step.topic is not None -> "
+        "step.publish is not None or step.topic is not None": "a step has both or neither",
+    },
     "voz/control/table.py": {
-        "_check: {True, False} <= _answers(table, state) -> {True, False} < _answers(table, state)": (
-            "what asks is no answer itself, so that there is a third value"
-        ),
+        "_check: {True, False} <= _answers(table, state) -> "
+        "{True, False} < _answers(table, state)": "what asks is no answer: there is a third value",
     },
     "voz/run/watch.py": {
         "Watch: __init__: self._commanded = False -> pass": READ_LATER,

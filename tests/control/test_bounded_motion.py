@@ -35,6 +35,8 @@ TABLE = Config(
         "a while": Step(turn=0.1, seconds=2),
         "square": (Step(drive=0.1, metres=0.2), Step(rotate=0.5, degrees=90), Step(say="there")),
         "again": Step(again=True),
+        "again, please": (Step(again=True), Step(say="once more")),
+        "on": (Step(say="on and on"), Step(drive=0.1)),
     }
 ).table
 
@@ -205,6 +207,19 @@ def test_again_repeats_the_last_command_that_moved() -> None:
     again = say(rested, "again", t)
     assert again.motion.velocities() == (0.25, 0)
     assert again.bounded is not None
+
+
+def test_again_repeats_all_of_it_and_goes_on_with_its_own_steps() -> None:
+    square = say(LISTENING, "square")
+    assert say(square, "again") == square
+    once_more = say(square, "again, please")
+    assert once_more.remaining_steps == (*square.remaining_steps, Step(say="once more"))
+
+
+def test_a_motion_that_begins_with_words_takes_the_place_of_another_too() -> None:
+    state = say(say(LISTENING, "one metre"), "on", 1.0)
+    assert state.motion.velocities() == (0.1, 0)
+    assert state.bounded is None
 
 
 names = st.sampled_from(sorted(TABLE.sets[""]))

@@ -188,7 +188,7 @@ def fill_slots(step: Step, slots: Mapping[str, str | float]) -> Step:
 
 def _argument(text: str | float, slots: Mapping[str, str | float]) -> str | float:
     """Fill an argument; one that is only a slot keeps its type, text or number."""
-    if not isinstance(text, str) or not SLOT.search(text):
+    if not isinstance(text, str):
         return text
     return slots[text[1:-1]] if SLOT.fullmatch(text) else _in_place(text, slots)
 

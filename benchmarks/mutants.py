@@ -103,6 +103,13 @@ EQUIVALENT = {
         "_check: {True, False} <= _answers(table, state) -> "
         "{True, False} < _answers(table, state)": "what asks is no answer: there is a third value",
     },
+    "voz/run/controller.py": {
+        "Controller: __init__: self._last_command = 0.0 -> self._last_command = 1.0": READ_LATER,
+        "Controller: __init__: self._unwatched_until = math.inf -> pass": READ_LATER,
+        "Controller: __init__: Attention(0.0, awake=True) -> Attention(1.0, awake=True)": (
+            "its time is not looked at"
+        ),
+    },
     "voz/run/watch.py": {
         "Watch: __init__: self._commanded = False -> pass": READ_LATER,
         "Watch: __init__: self._commanded = False -> self._commanded = True": READ_LATER,

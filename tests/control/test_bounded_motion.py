@@ -87,6 +87,8 @@ def test_what_it_has_moved_is_known_by_its_velocity_and_by_odometry() -> None:
         turn = update_bounded(turn, Motion(angular=500), turn.t + 3, (4.0, 6.0, turn.heading - 1.5))
     assert (turn.t, turn.expected, turn.heading, turn.angle) == (7.0, 3.0, 0.0, -3.0)
     assert turn.distance == 5.0
+    begun = BoundedMotion(0.0, radians=1.0, origin=HERE)
+    assert update_bounded(begun, STILL, 0.1, (0.0, 0.0, 0.5)).angle == 0.5
 
 
 HERE: Place = (0.0, 0.0, 0.0)

@@ -17,6 +17,7 @@ from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
 from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
+from voz.inbox import Renewal
 from voz.run.controller import Controller
 from voz.settings import Safety
 
@@ -217,6 +218,72 @@ def test_a_stop_at_no_time_stops_all_the_same(stop: Callable[..., None]) -> None
     assert controller.velocities == (0, 0)
 
 
+def test_a_run_lasts_no_longer_than_a_time_can_be_written() -> None:
+    controller, events = listening_controller()
+    controller.send(1e12)
+    assert events == [Twist(1e12, 0, 0)]
+    with pytest.raises(ConfigError):
+        controller.send(1.1e12)
+
+
+@pytest.mark.parametrize(
+    "arguments", [(None,), (Safety(), 1), (Safety(), True, {"stop": Step(stop=True)})]
+)
+def test_what_is_no_setting_is_refused(arguments: tuple[object, ...]) -> None:
+    with pytest.raises(ConfigError, match="Expected"):
+        Controller([], *arguments)  # type: ignore[arg-type]
+
+
+def test_what_one_receiver_raises_keeps_nothing_from_the_others_and_is_raised_then() -> None:
+    events: list[Event] = []
+    errors = [BrokenPipeError("first"), SystemExit("second")]
+
+    def fail(_: Event) -> None:
+        raise errors[min(len(events), 1)]
+
+    controller = Controller([fail, events.append, fail], Safety())
+    with pytest.raises(BrokenPipeError, match="first"):
+        controller.zero(1.0)
+    assert events == [Twist(1.0, 0, 0)]
+
+
+def test_a_list_that_is_renewed_stops_the_robot_and_its_table_counts_from_then_on() -> None:
+    own = {"advance": "go forward", "menu": Step(state="menu"), "again": Step(again=True)}
+    before = Config(commands=own, states={"menu": {"back": Step(state="")}}).table
+    after = Config(commands={"advance": "go back", "again": Step(again=True)}).table
+    events: list[Event] = []
+    controller = Controller([events.append], Safety(), listening=True, table=before)
+    controller.hear(heard("advance", now=1))
+    controller.hear(heard("menu", now=1))
+    controller.renew(2.0, Renewal("a list was saved", 2.0, under_way=True))
+    told = "a list was saved: the robot stops"
+    assert events[-1] == Notice(2.0, told, good=True, stops=True)
+    assert not controller.moving
+    controller.hear(heard("advance", now=2.5))
+    assert not controller.moving
+    controller.renew(3.0, Renewal("renewed", 3.0, under_way=False, table=after))
+    assert events[-1] == Notice(3.0, "renewed", good=True)
+    controller.hear(said("advance", 2.9, 3.5))  # begun before
+    assert not controller.moving
+    controller.hear(heard("again", now=4))  # nothing has moved yet
+    assert not controller.moving
+    controller.hear(heard("advance", now=5))
+    assert controller.velocities == (-0.1, 0)
+
+
+def test_a_list_that_could_not_be_renewed_leaves_the_table_and_is_no_good_news() -> None:
+    controller, events = listening_controller()
+    controller.renew(1.0, Renewal("a list was saved", 1.0, under_way=True))
+    assert events == []  # it stood still
+    controller.renew(2.0, Renewal("it is invalid", 2.0, under_way=False))
+    assert events == [Notice(2.0, "it is invalid")]
+    controller.renew(1.5, Renewal("late", 1.5, under_way=False))
+    controller.hear(heard("go forward", now=1.9))
+    assert not controller.moving
+    controller.hear(heard("go forward", now=2.0))
+    assert controller.moving
+
+
 @pytest.mark.parametrize("odd", [math.nan, math.inf])
 def test_odometry_that_is_no_place_ends_a_motion_by_its_velocity(odd: float) -> None:
     table = Config(commands={"turn round": Step(rotate=0.5, degrees=45)}).table
@@ -266,6 +333,19 @@ def test_a_key_stops_whatever_drives_the_robot() -> None:
     controller.stop_by_hand(2.0, "stopped by a key")
     assert controller.velocities == (0, 0)
     assert events[-1] == Notice(2.0, "stopped by a key", good=True, stops=True)
+    controller.hear(heard("go forward", now=0.5))  # when it was pressed is not known
+    assert controller.moving
+
+
+def test_of_two_keys_the_later_counts_and_a_key_at_no_time_stops_too() -> None:
+    controller, _ = listening_controller(["go forward"])
+    with pytest.raises(ConfigError):
+        controller.stop_by_hand(4.0, "stopped by a key", math.nan)
+    assert not controller.moving
+    for pressed in (3.0, 2.0):
+        controller.stop_by_hand(4.0, "stopped by a key", pressed)
+    controller.hear(heard("go forward", now=2.5))
+    assert not controller.moving
 
 
 def said(text: str, start: float, decided: float, source: str = "microphone") -> Utterance:
@@ -309,6 +389,10 @@ def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
     controller.stop(1.0, "it is lost")
     controller.stop(2.0, "it is back", good=True)
     assert [e.stops for e in events if isinstance(e, Notice)] == [True, False]
+    controller.hear(heard("go forward", now=1.9))
+    assert not controller.moving
+    controller.hear(heard("go forward", now=2.0))
+    assert controller.moving
 
 
 @given(st.lists(st.sampled_from(COMMANDS), max_size=20))

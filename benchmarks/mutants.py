@@ -352,15 +352,11 @@ def main() -> None:
     )
     parser.add_argument("modules", nargs="*", metavar="MODULE", help="a part of its path")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="at the same time")
-    parser.add_argument("--list", action="store_true", help="print the mutants, and try none")
     arguments = parser.parse_args()
     wanted = arguments.modules or [""]
     targets = [each for each in TARGETS if any(part in each.module for part in wanted)]
-    if arguments.list:
-        for target in targets:
-            for mutant in mutants(ROOT / target.module, target.only):
-                print(f"{target.module}:{mutant.line}: {mutant.change}")
-        return
+    if not targets:
+        parser.error(f"none of {', '.join(each.module for each in TARGETS)}")
     with TemporaryDirectory() as sys.pycache_prefix:
         sys.exit(report(targets, arguments.jobs))
 

@@ -207,6 +207,21 @@ def test_what_stops_is_never_asked_and_what_moves_only_if_wanted(
     assert (question_about(unsure(1.0, *texts), ask, TABLE) is not None) == asks
 
 
+@pytest.mark.parametrize(
+    "prevent",
+    [
+        lambda c: setattr(c, "rehearsing", True),
+        lambda c: c.renew(0.0, Renewal("a list was saved", 0.0, under_way=True)),
+        lambda c: c.hear(spoken("stop speech", 0.5)),
+    ],
+)
+def test_what_would_not_be_obeyed_is_not_asked(prevent: Any) -> None:
+    controller, events = a_controller(name="", ask="always")
+    prevent(controller)
+    controller.hear(unsure(1.0, "go back"))
+    assert not any(isinstance(e, Reply) and e.text.startswith("did you") for e in events)
+
+
 def test_a_command_a_key_and_a_loss_take_a_question_back() -> None:
     for act in (
         lambda c: c.hear(spoken("fold arm", 2.0)),

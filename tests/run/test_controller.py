@@ -43,11 +43,19 @@ def listening_controller(
     return controller, events
 
 
+def test_it_listens_when_it_is_told_to() -> None:
+    controller = Controller([], Safety())
+    assert not controller.listening
+    controller.hear(heard("start speech"))
+    assert controller.listening
+
+
 @pytest.mark.parametrize("text", STOPPING)
 def test_what_may_be_a_command_that_stops_halts_at_once(text: str) -> None:
-    controller, _ = listening_controller(["go forward"])
+    controller, events = listening_controller(["go forward"])
     controller.hear(perhaps(text))
     assert controller.velocities == (0, 0)
+    assert events[-1] == perhaps(text)
 
 
 @pytest.mark.parametrize("text", [c for c in COMMANDS if c not in STOPPING])
@@ -179,6 +187,14 @@ def test_who_changed_a_motion_last_says_whether_it_is_watched(
     assert controller.moving == goes_on
 
 
+def test_whoever_says_again_what_it_does_already_says_whether_it_is_watched() -> None:
+    controller, _ = listening_controller(["go forward"])
+    controller.unwatched_sources.add("wyoming")
+    controller.hear(unwatched("go forward", 1.0))
+    controller.send(6.0)
+    assert not controller.moving
+
+
 def test_a_motion_with_an_end_of_its_own_needs_no_other_and_what_follows_it_does() -> None:
     steps = {"fetch": [{"drive": 0.1, "metres": 1}, {"drive": -0.1}]}
     table = convert({"commands": steps}, Config).table
@@ -249,7 +265,7 @@ def test_what_one_receiver_raises_keeps_nothing_from_the_others_and_is_raised_th
 
 def test_a_list_that_is_renewed_stops_the_robot_and_its_table_counts_from_then_on() -> None:
     own = {"advance": "go forward", "menu": Step(state="menu"), "again": Step(again=True)}
-    before = Config(commands=own, states={"menu": {"back": Step(state="")}}).table
+    before = Config(commands=own, states={"menu": {"advance": Step(drive=0.1)}}).table
     after = Config(commands={"advance": "go back", "again": Step(again=True)}).table
     events: list[Event] = []
     controller = Controller([events.append], Safety(), listening=True, table=before)

@@ -238,7 +238,7 @@ def test_a_run_lasts_no_longer_than_a_time_can_be_written() -> None:
     controller, events = listening_controller()
     controller.send(1e12)
     assert events == [Twist(1e12, 0, 0)]
-    with pytest.raises(ConfigError):
+    with pytest.raises(ConfigError, match="the time of the run is 11"):
         controller.send(1.1e12)
 
 

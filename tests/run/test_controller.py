@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from voz.config import Config, default_commands
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
-from voz.errors import ConfigError
+from voz.errors import ConfigError, RobotError
 from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.inbox import Renewal
 from voz.run.controller import Controller
@@ -261,6 +261,15 @@ def test_what_one_receiver_raises_keeps_nothing_from_the_others_and_is_raised_th
     with pytest.raises(BrokenPipeError, match="first"):
         controller.zero(1.0)
     assert events == [Twist(1.0, 0, 0)]
+
+
+def test_in_another_process_than_its_own_it_sends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    controller, events = listening_controller()
+    assert not controller.is_forked
+    monkeypatch.setattr("os.getpid", lambda: -1)
+    with pytest.raises(RobotError, match="a forked process does not drive"):
+        controller.zero(1.0)
+    assert events == []
 
 
 def test_a_list_that_is_renewed_stops_the_robot_and_its_table_counts_from_then_on() -> None:

@@ -64,7 +64,7 @@ def test_what_stops_by_another_name_stops(voz: Any, here: Path) -> None:
 
 def test_values_programs_and_questions(voz: Any, here: Path) -> None:
     found = events(voz, here, "luz", "marca", "cuchillo", "si", "cuchillo", "no")
-    other = [event for event in found if event["type"] not in ("cmd_vel", "utterance")]
+    other = [e for e in found if e["type"] not in ("cmd_vel", "utterance", "attention")]
     assert [(e["type"], e.get("value") or e.get("text") or e.get("name")) for e in other] == [
         ("publish", True),
         ("reply", "it is light"),
@@ -75,6 +75,8 @@ def test_values_programs_and_questions(voz: Any, here: Path) -> None:
         ("reply", "the knife?"),
     ]
     assert (here / "marked").exists()
+    asked = [event.get("answers") for event in found if event["type"] == "attention"]
+    assert asked == [["si", "no"], None, ["si", "no"], None]
 
 
 def test_the_console_says_what_is_done(voz: Any, here: Path) -> None:

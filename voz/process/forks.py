@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING
 from weakref import WeakSet
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection  # which loads OpenSSL, 3 MB
 
 _links: WeakSet[Connection] = WeakSet()
 """Between a run and the processes of its robots: each sees by its end that the other is gone."""

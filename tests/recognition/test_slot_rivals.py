@@ -14,20 +14,30 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpointing.segment import NO_SAMPLES, Segment
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
-from voz.language.sentences.command_set import Parse
+from voz.language.sentences.command_set import Parse, plain_commands
+from voz.recognition.confidence import Context
+from voz.recognition.confidence_model import load_models
+from voz.recognition.decision import DecisionRule
+from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.slot_rivals import (
     MIN_SHARE,
     RIVAL_SCALE,
+    Begun,
+    Rival,
     find_rival,
     highest_confidence,
     is_too_close,
 )
+from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 from voz.speech.festival import render
+
+MODEL = load_models().two_ears
 
 MEANT = {
     "bring a cup": Parse("bring a cup", "bring", {"thing": "cup"}),
@@ -51,7 +61,7 @@ def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
     assert both
     assert both.share == pytest.approx(1 / 3)
     assert is_too_close(both)
-    assert highest_confidence(both) == both.share
+    assert 1 / 3 < highest_confidence(both) < thresholds_of(MODEL, Recognition()).usual
 
 
 def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
@@ -63,7 +73,53 @@ def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
     assert left == sorted(left)
     assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
     assert [is_too_close(each) for each in found] == [share < MIN_SHARE for share in left]
-    assert [highest_confidence(each) for each in found[-2:]] == [1, 1]
+    sure = [highest_confidence(each) for each in found]
+    assert sure == sorted(set(sure))
+    assert sure[0] > 0.5  # of two that fit alike the best one is the right one more often
+    assert sure[-2] < 1 == sure[-1]
+
+
+def test_what_is_too_close_is_what_the_usual_threshold_refuses() -> None:
+    usual = thresholds_of(MODEL, Recognition()).usual
+    for share in np.linspace(0.01, 0.99, 99):
+        other = Rival("bring a cap", float(share))
+        assert is_too_close(other) == (highest_confidence(other) < usual)
+
+
+def test_the_robot_may_ask_where_a_rival_is_near_and_where_it_is_far_ahead_it_may_not() -> None:
+    rule = DecisionRule(plain_commands(["bring a cup"]), MODEL, Recognition(ask="always"))
+    segment = Segment(0.0, 1.0, 1.0, NO_SAMPLES)
+
+    def asks(share: float) -> tuple[bool, bool]:
+        rival = Rival("bring a cap", share)
+        said = Hypothesis(segment, "bring a cup", 1.0, probability=1.0, rival=rival)
+        decision = rule.decide(said, Context.SPEECH)
+        assert decision.confidence == highest_confidence(rival)  # whatever is around it
+        assert decision.for_rival != decision.accepted
+        return decision.accepted, rule.is_nearly_sure(said, decision)
+
+    assert asks(0.9) == (True, True)
+    assert asks(0.5) == asks(0.35) == (False, True)
+    assert asks(0.2) == (False, False)
+    rule.accept_by(Recognition(threshold=0.1))
+    assert not asks(0.5)[0]  # however little a command needs
+    rule.accept_by(Recognition(threshold=0.9))
+    assert (asks(0.7)[0], asks(0.8)[0]) == (False, True)
+
+
+def test_a_sentence_of_which_only_the_beginning_was_heard_is_a_rival_too() -> None:
+    ranking = heard({"bring a cup": 9.0, "bring a cap": 0.0})
+    alone = find_rival(ranking, MEANT.get)
+    assert alone
+    assert not alone.is_begun
+    for ahead, refused in ((-20.0, False), (-3.0, False), (1.0, True), (5_000.0, True)):
+        other = find_rival(ranking, MEANT.get, Begun("fling a", 9.0 + ahead))
+        assert other
+        assert other.share <= alone.share
+        assert is_too_close(other) == refused
+        assert (other.text == "fling a") == other.is_begun
+        assert other.is_begun or not refused
+    assert find_rival(ranking, MEANT.get, Begun("", -math.inf)) == alone
 
 
 @given(
@@ -106,7 +162,7 @@ def turning(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
     lines = ["turn left {angle} degrees", "stop", "angle = 5..180 by 5"]
     (folder / "list.txt").write_text("\n".join(lines))
     build(folder / "list.txt", folder)
-    return Recognizer(LanguageFiles(folder), Recognition())
+    return Recognizer(LanguageFiles(folder), Recognition(ask="always"))
 
 
 def said(text: str, folder: Path, noise: float) -> Samples:
@@ -120,6 +176,31 @@ def said(text: str, folder: Path, noise: float) -> Samples:
     return (mixed / np.abs(mixed).max() * 20_000).astype(np.int16)
 
 
+@pytest.fixture(scope="module")
+def servos(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
+    """Knows servos and their angles, and another order, which is short."""
+    folder = tmp_path_factory.mktemp("servos")
+    lines = ["set servo {number: 1..8} to {angle: 0..180 by 5}", "center servo {number: 1..8}"]
+    (folder / "list.txt").write_text("\n".join([*lines, "stop"]))
+    build(folder / "list.txt", folder)
+    return Recognizer(LanguageFiles(folder), Recognition())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("begun", ["set servo one", "set servo seven"])
+def test_an_order_of_which_only_the_beginning_is_heard_is_not_obeyed_as_another(
+    begun: str, servos: Recognizer, tmp_path: Path
+) -> None:
+    """The beginning sounds most like `center servo one`, and like none of the whole orders."""
+    for noise in (-20, -5):
+        heard = servos.decode(said(begun, tmp_path, noise), SAMPLE_RATE)[-1]
+        assert not heard.accepted
+        assert heard.reason == "part_of_a_command"
+    whole = begun.replace("set", "center")
+    heard = servos.decode(said(whole, tmp_path, -20), SAMPLE_RATE)[-1]
+    assert (heard.text, heard.accepted) == (whole, True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", ["fifteen", "fifty"])
 def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
@@ -128,10 +209,14 @@ def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
     text = f"turn left {angle} degrees"
     clear = turning.decode(said(text, tmp_path, -40), SAMPLE_RATE)[-1]
     assert (clear.text, clear.accepted) == (text, True)
-    for noise in (-6, -5, -4, -3):
+    noisy = turning.decode(said(text, tmp_path, -9), SAMPLE_RATE)[-1]
+    assert (noisy.text, noisy.accepted) == (text, True)
+    assert noisy.confidence < min(0.97, clear.confidence)  # as the other is near
+    for noise in (-6, -3):
         heard = turning.decode(said(text, tmp_path, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted
         assert heard.reason == "unsure_between"
         assert heard.between
         assert heard.between[0] == heard.text != heard.between[1]
-        assert heard.confidence < MIN_SHARE
+        assert heard.confidence < 0.8
+        assert {each.text for each in heard.perhaps} == {*heard.between}

@@ -9,7 +9,7 @@ from voz.recognition.confidence import Context, discount_for_context, multiply_o
 from voz.recognition.confidence_model import Model
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.name_finder import NAME_THRESHOLD
-from voz.recognition.slot_rivals import highest_confidence
+from voz.recognition.slot_rivals import highest_confidence, is_too_close
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
@@ -27,6 +27,7 @@ class Decision:
     confidence: float  # that the command was said and meant, 0 to 1
     accepted: bool
     waits: bool = False  # accepted only if nothing follows, which is not known yet
+    for_rival: bool = False  # refused for its rival alone
 
 
 class DecisionRule:
@@ -64,13 +65,16 @@ class DecisionRule:
 
     def decide(self, heard: Hypothesis, context: Context) -> Decision:
         """Decide whether a hypothesis is obeyed; `QUIET` if nothing follows it so far."""
-        sure = confidence_in_quiet(heard)
+        sure, meant = heard.probability, highest_confidence(heard.rival)
         if self._name and heard.text == self._name:  # which fits or not, whatever is around it
             return Decision(sure, accepted=sure >= NAME_THRESHOLD)
-        confidence = discount_for_context(sure, context)
+        said = discount_for_context(sure, context)
+        confidence = min(said, meant)
         threshold = self.threshold(heard.text)
-        if threshold is None or confidence < threshold:
+        if threshold is None:
             return Decision(confidence, accepted=False)
+        if confidence < threshold or is_too_close(heard.rival):
+            return Decision(confidence, accepted=False, for_rival=said >= threshold)
         if context is not Context.QUIET:
             return Decision(confidence, accepted=True)
         so_far = discount_for_context(sure, Context.UNKNOWN_AFTER)

@@ -19,13 +19,14 @@ from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
 from voz.recognition.decision import Decision, DecisionRule
 from voz.recognition.decoder import mean_start
 from voz.recognition.details import NO_DETAILS, Details, with_details
-from voz.recognition.hypothesis import CommandFinder, Hypothesis
+from voz.recognition.hypothesis import CommandFinder, Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.name_finder import NAME_SAMPLES_BEFORE
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
+from voz.recognition.refusal import refusal_by_rival
 from voz.recognition.robot_name import advice_on_name
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
@@ -214,7 +215,7 @@ class Interpreter:
         """
         segment, text = heard.segment, heard.text
         decision = self.rule.decide(heard, context)
-        reason, between = (None, None) if decision.accepted else heard.why_refused()
+        reason, between = (None, None) if decision.accepted else _why_refused(heard, decision)
         parse = self.commands.parse(text) if decision.accepted else None
         score = heard.values.get(SCORE)
         utterance = Utterance(
@@ -253,6 +254,12 @@ class Interpreter:
             return ()
         parsed = [self.commands.parse(text) for text in between or (heard.text,)]
         return tuple(PossibleCommand(p.text, p.command, p.slots) for p in parsed if p)
+
+
+def _why_refused(heard: Hypothesis, decision: Decision) -> Refusal:
+    if decision.for_rival and heard.rival:
+        return refusal_by_rival(heard.text, heard.rival)
+    return heard.why_refused()
 
 
 def _network(language: Language, file: str | None) -> PhonemeScorer | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
@@ -23,10 +24,10 @@ from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.name_finder import NAME_THRESHOLD, NameFinder, NameMatch, from_time
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
-from voz.recognition.refusal import refusal_by_network, unusable_sound
-from voz.recognition.sentence_search import SentenceSearch
+from voz.recognition.refusal import refusal_by_network, refusal_by_rival, unusable_sound
+from voz.recognition.sentence_search import FoundSentences, SentenceSearch
 from voz.recognition.shortlist import Shortlist
-from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
+from voz.recognition.slot_rivals import Begun, Rival, find_rival, is_too_close
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -48,6 +49,20 @@ MIN_SCORE_AFTER_NAME = 4.0
 
 MAX_REFINEMENTS = 3
 """How often a long list is searched again around a better command."""
+
+
+class _Compared(NamedTuple):
+    """How well commands fit the phones of a sound.
+
+    Attributes:
+        sounds: the phones.
+        ranking: None if there was nothing to compare.
+        found: by the search of a list that is too long to compare.
+    """
+
+    sounds: PhoneLikelihoods
+    ranking: Ranking | None
+    found: FoundSentences | None
 
 
 class NetworkFinder:
@@ -86,9 +101,9 @@ class NetworkFinder:
         self._voice_detector = shared_voice_detector()
 
     def _sentence_search(self, automaton: Automaton) -> SentenceSearch | None:
-        """Prepare to search a list that is too long to compare; None if it is too large as well."""
-        words = sum(map(len, automaton.arcs))
-        if self._shortlist.is_whole or words > MAX_SEARCHED_WORDS:
+        """Prepare to search a list that is too long to compare, or has slots; None if too large."""
+        is_plain = self._shortlist.is_whole and not self._commands.have_slots
+        if is_plain or sum(map(len, automaton.arcs)) > MAX_SEARCHED_WORDS:
             return None
         return self._network.sentence_search(automaton)
 
@@ -103,12 +118,13 @@ class NetworkFinder:
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
         name = self._find_name(segment, sounds)
         offset = name.end if name else _earliest_begin(segment)
-        said, ranking = self._heard_from(offset, sounds, proposed, answers)
-        if name and (ranking is None or not ranking.score >= MIN_SCORE_AFTER_NAME):
+        heard = self._heard_from(offset, sounds, proposed, answers)
+        if name and (heard.ranking is None or not heard.ranking.score >= MIN_SCORE_AFTER_NAME):
             if alone := self._find_name(segment, sounds, alone=True):
                 return self._name_alone(segment, alone)
             name, offset = None, _earliest_begin(segment)
-            said, ranking = self._heard_from(offset, sounds, proposed, answers)
+            heard = self._heard_from(offset, sounds, proposed, answers)
+        ranking = heard.ranking
         if ranking is None:
             return Hypothesis(segment, "", segment.end)
         match = ranking.matches[ranking.text]
@@ -117,7 +133,7 @@ class NetworkFinder:
         values = {SCORE: ranking.score}
         likely = probability(self._model, values)
         trust = self._trust(segment, offset + match.begin, offset + match.end, likely)
-        other = self._rival(ranking)
+        other = self._rival(heard, ranking)
         return Hypothesis(
             segment,
             ranking.text,
@@ -125,11 +141,11 @@ class NetworkFinder:
             values=values,
             trust=trust,
             probability=likely * trust,
-            why_refused=partial(self._why_refused, segment, said, ranking, trust, other),
+            why_refused=partial(self._why_refused, segment, heard.sounds, ranking, trust, other),
             rival=other,
             named=name is not None,
             next_best=ranking.next_best,
-            words=partial(self._words, said, ranking.text, _sound_start(segment) + offset),
+            words=partial(self._words, heard.sounds, ranking.text, _sound_start(segment) + offset),
             others=partial(self._others, ranking, trust),
         )
 
@@ -151,10 +167,15 @@ class NetworkFinder:
 
     def _heard_from(
         self, begin: float, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]
-    ) -> tuple[PhoneLikelihoods, Ranking | None]:
-        """The phones from a time on, s, and how well commands fit them."""
+    ) -> _Compared:
+        """How well commands fit the phones from a time on, s."""
         said = from_time(sounds, begin)
-        return said, self._ranking(said, proposed, answers)
+        found = None if self._shortlist.is_whole else self._searched(said)
+        best = found.best if found else ""
+        return _Compared(said, self._ranking(said, proposed, best or proposed, answers), found)
+
+    def _searched(self, sounds: PhoneLikelihoods) -> FoundSentences | None:
+        return self._search.search(*sounds) if self._search else None
 
     def _words(
         self, sounds: PhoneLikelihoods, text: str, sound_start: float
@@ -181,20 +202,22 @@ class NetworkFinder:
             named=True,
         )
 
-    def _rival(self, ranking: Ranking) -> Rival | None:
+    def _rival(self, heard: _Compared, ranking: Ranking) -> Rival | None:
         """The rival of the best command; commands that must not be missed have none."""
         said = self._commands.parse(ranking.text)
-        never_missed = said is not None and said.is_one_of(self._never_missed)
-        return None if never_missed else find_rival(ranking, self._commands.parse)
+        if said is None or not said.slots or said.is_one_of(self._never_missed):
+            return None
+        found = heard.found or self._searched(heard.sounds)
+        begun = Begun(*found.best_begun(said.text)) if found else None
+        return find_rival(ranking, self._commands.parse, begun)
 
     def _ranking(
-        self, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]
+        self, sounds: PhoneLikelihoods, proposed: str, center: str, answers: Sequence[str]
     ) -> Ranking | None:
         """Score all commands, of a long list those that sound like the best, and the answers.
 
         None if there is nothing to score.
         """
-        center = (self._search and self._search.best(*sounds)) or proposed
         ranking = None
         for _ in range(1 + MAX_REFINEMENTS):
             candidates = [*self._shortlist.similar_to(center), *answers]
@@ -224,7 +247,7 @@ class NetworkFinder:
         if reason := unusable_sound(segment.samples, trust):
             return reason, None
         if is_too_close(other):
-            return "unsure_between", (ranking.text, other.text)
+            return refusal_by_rival(ranking.text, other)
         words = list(dict.fromkeys(ranking.text.split()))
         alone = self._network.rank(sounds, words)
         fits = {

@@ -12,6 +12,7 @@ from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence
 from voz.recognition.hypothesis import Refusal
 from voz.recognition.phoneme_scorer import Ranking
+from voz.recognition.slot_rivals import Rival
 
 MIN_LEVEL = 40.0
 """Level of a far microphone, dB over one unit of 16 bits: 50 dB below full scale."""
@@ -56,6 +57,11 @@ def refusal_by_pocketsphinx(evidence: Evidence) -> Refusal:
         if abs(behind) < TIE_RATIO:
             return "unsure_between", (evidence.text, rival)
     return "not_a_command", None
+
+
+def refusal_by_rival(text: str, other: Rival) -> Refusal:
+    """The reason for a command whose rival came too near."""
+    return ("part_of_a_command", None) if other.is_begun else ("unsure_between", (text, other.text))
 
 
 def refusal_by_network(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:

@@ -51,6 +51,7 @@ class SentenceSearch:
             ),
             key=lambda word: word.end,
         )
+        self._arcs = automaton.arcs
         self._blank, self._reward = blank, reward
         self._states = len(automaton.arcs)
         self._symbols = np.array([phone for word in self._words for phone in word.phones])
@@ -58,7 +59,7 @@ class SentenceSearch:
         ends = np.array([word.end for word in self._words])
         # Every state but the first is the end of a word.
         self._first_ways = np.searchsorted(ends, np.arange(1, self._states))
-        self._final = np.flatnonzero(np.array(automaton.labels)[ends] != NO_LABEL)
+        self.final = np.flatnonzero(np.array(automaton.labels)[ends] != NO_LABEL)
         self._direct, self._by_blank = self._sources()
 
     def _sources(self) -> tuple[Places, Places]:
@@ -74,18 +75,9 @@ class SentenceSearch:
         by_blank[firsts] = nowhere
         return direct, by_blank
 
-    def best(self, relative: Floats, before: Floats, behind: Floats) -> str:
-        """Find the sentence that fits best; arguments are those of `ctc.best_matches`.
-
-        Returns:
-            The sentence; empty if the sound has fewer moments than any has phones.
-        """
-        scores, tokens = self._forward(relative, before)
-        ended = scores[:, self._final] - behind[:, np.newaxis]
-        moment, final = np.unravel_index(ended.argmax(), ended.shape)
-        if ended[moment, final] == -np.inf:
-            return ""
-        return self._read_backward(scores, tokens, int(moment), int(self._final[final]))
+    def search(self, relative: Floats, before: Floats, behind: Floats) -> FoundSentences:
+        """Search a sound; arguments are those of `ctc.best_matches`."""
+        return FoundSentences(self, *self._forward(relative, before), behind)
 
     def _forward(self, relative: Floats, before: Floats) -> tuple[Floats, Places]:
         """The score and the token of each word that ends at each moment."""
@@ -122,7 +114,7 @@ class SentenceSearch:
             scores[moment], tokens[moment] = score[self._lasts], token[self._lasts]
         return scores, tokens
 
-    def _read_backward(self, scores: Floats, tokens: Places, moment: int, last: int) -> str:
+    def read_backward(self, scores: Floats, tokens: Places, moment: int, last: int) -> str:
         """The words that end with a word at a moment."""
         words = [self._words[last].text]
         while (state := self._words[last].start) != 0:
@@ -131,6 +123,47 @@ class SentenceSearch:
             words.append(self._words[last].text)
         return " ".join(reversed(words))
 
+    def words_beside(self, sentence: str) -> Places:
+        """The words that lead to a state through which a sentence does not go."""
+        through = [0]
+        for word in sentence.split():
+            through.append(self._arcs[through[-1]][word])
+        ends = np.array([word.end for word in self._words])
+        return np.flatnonzero(~np.isin(ends, through))
+
     def _ways_into(self, state: int) -> slice:
         following = [*self._first_ways[state:], len(self._words)]
         return slice(int(self._first_ways[state - 1]), int(following[0]))
+
+
+class FoundSentences:
+    """What a search has found in a sound."""
+
+    def __init__(
+        self, search: SentenceSearch, scores: Floats, tokens: Places, behind: Floats
+    ) -> None:
+        """Take the score and the token of each word that ends at each moment."""
+        self._search, self._scores, self._tokens, self._behind = search, scores, tokens, behind
+
+    @property
+    def best(self) -> str:
+        """The sentence that fits best; empty if the sound has fewer moments than any has phones."""
+        return self._best_of(self._search.final)[0]
+
+    def best_begun(self, sentence: str) -> tuple[str, float]:
+        """The words that fit best of all with which another sentence begins, and their score.
+
+        Not those after which that one and this go on alike.
+        """
+        return self._best_of(self._search.words_beside(sentence))
+
+    def _best_of(self, words: Places) -> tuple[str, float]:
+        ended = self._scores[:, words] - self._behind[:, np.newaxis]
+        if not ended.size:
+            return "", -np.inf
+        moment, word = np.unravel_index(ended.argmax(), ended.shape)
+        score = float(ended[moment, word])
+        if score == -np.inf:
+            return "", score
+        last = int(words[word])
+        return self._search.read_backward(self._scores, self._tokens, int(moment), last), score

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TypeGuard
 
 from voz.language.sentences.command_set import Parse
+from voz.recognition.confidence import multiply_odds
 from voz.recognition.phoneme_scorer import Ranking
 
 RIVAL_SCALE = 3.0
@@ -16,6 +17,24 @@ RIVAL_SCALE = 3.0
 MIN_SHARE = 0.55
 """A sentence with less than this share is refused."""
 
+BEGUN_AHEAD = 1.0
+"""A beginning that fits better by so many nats is as likely as the whole sentence, and each nat
+more or less counts whole: what both have in common errs alike (`benchmarks/slots.py`)."""
+
+MOST_AHEAD = 100.0
+"""What is ahead by more, in the powers of e, is sure in any case."""
+
+ODDS_OF_SHARE = 3.2
+"""How much higher the odds of a meaning are than those of its share (`benchmarks/slots.py`)."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The likeliest words that begin a sentence, but not the best one, and their score, nats."""
+
+    text: str
+    score: float
+
 
 @dataclass(frozen=True)
 class Rival:
@@ -23,14 +42,18 @@ class Rival:
 
     text: str
     share: float
+    is_begun: bool = False  # it is not a whole sentence: its end was not heard, or is not yet said
 
 
-def find_rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival | None:
+def find_rival(
+    ranking: Ranking, parse: Callable[[str], Parse | None], begun: Begun | None = None
+) -> Rival | None:
     """Find the likeliest sentence of another meaning than the best one.
 
     Args:
         ranking: the sentences by their scores.
         parse: returns the meaning of a sentence.
+        begun: a sentence of which only the beginning may have been heard.
 
     Returns:
         None for a sentence without slots, or if no other meaning is there.
@@ -38,16 +61,19 @@ def find_rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival 
     said = parse(ranking.text)
     if said is None or not said.slots:
         return None
-    meant = _key(said)
     best: dict[object, tuple[float, str]] = {}
     for text, match in ranking.matches.items():
         key = _key(parse(text))
         best[key] = max(best.get(key, (match.score, text)), (match.score, text))
-    highest, _ = best.pop(meant)
-    if not best:
+    highest, _ = best.pop(_key(said))
+    ahead = [((score - highest) / RIVAL_SCALE, text, False) for score, text in best.values()]
+    if begun and begun.text:
+        ahead.append((begun.score - highest - BEGUN_AHEAD, begun.text, True))
+    if not ahead:
         return None
-    others = sum(math.exp((score - highest) / RIVAL_SCALE) for score, _ in best.values())
-    return Rival(max(best.values())[1], 1 / (1 + others))
+    others = sum(math.exp(min(each, MOST_AHEAD)) for each, _, _ in ahead)
+    _, nearest, is_begun = max(ahead)
+    return Rival(nearest, 1 / (1 + others), is_begun)
 
 
 def is_too_close(other: Rival | None) -> TypeGuard[Rival]:
@@ -57,7 +83,7 @@ def is_too_close(other: Rival | None) -> TypeGuard[Rival]:
 
 def highest_confidence(other: Rival | None) -> float:
     """The confidence that a rival leaves to a command at most, 0 to 1."""
-    return other.share if is_too_close(other) else 1.0
+    return 1.0 if other is None else multiply_odds(other.share, ODDS_OF_SHARE)
 
 
 def _key(parse: Parse | None) -> object:

@@ -94,6 +94,11 @@ class Commands(Collection[str]):
             )
         return self.automaton.sentences()
 
+    @cached_property
+    def have_slots(self) -> bool:
+        """Whether any sentence has slots."""
+        return any(meaning.constants or meaning.reader for meaning in self.meanings)
+
     @property
     def longest(self) -> int:
         """Words of the longest sentence."""

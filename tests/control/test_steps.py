@@ -107,3 +107,8 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
 def test_a_slot_that_does_not_fit_is_refused(slots: dict[str, str | float], why: str) -> None:
     with pytest.raises(ValueError, match=re.escape(why)):
         fill_slots(Step(drive="{pace}", metres="{way}"), slots)
+
+
+def test_what_is_no_text_stays_as_it_is_among_the_arguments_of_a_call() -> None:
+    step = fill_slots(Step(call=("arm:turn", 3, "{angle}", "by {angle}")), {"angle": 90.0})
+    assert step.call == ("arm:turn", 3, 90.0, "by 90")

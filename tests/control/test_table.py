@@ -118,3 +118,10 @@ def test_no_command_that_drives_begins_with_the_one_that_stops() -> None:
     check_commands(found, ["stop", "stop the music"], ["stop the music"], "list")
     with pytest.raises(ConfigError, match='"stop and turn" moves the robot and begins with what'):
         check_commands(found, ["stop", "stop and turn"], ["stop and turn"], "list")
+
+
+def test_the_answers_to_a_question_are_those_of_the_state_and_a_yes_comes_first() -> None:
+    answers = {"no": Step(answer=False), "yes": Step(answer=True), "wave": Step(say="hello")}
+    table = Config(commands=answers, states={"menu": {"fine": Step(answer=True)}}).table
+    assert table.answers() == ("yes", "no")
+    assert table.answers("menu") == ("fine",)

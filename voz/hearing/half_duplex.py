@@ -12,6 +12,7 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import ECHO_EDGE, NOTHING_CLEANED, Cleaned, EchoCanceller
 from voz.audio.echo_alignment import MAX_ECHO_DELAY
 from voz.events import Partial, Utterance, shift_time
@@ -247,7 +248,8 @@ class HalfDuplex:
 
     def _says(self, played: npt.NDArray[np.float32], text: str) -> bool:
         """Whether a command is heard in what was played, 16 kHz: without a room it is clear."""
-        return any(heard.text == text for heard in self._recognizer.decode(played, SAMPLE_RATE))
+        own = open_stream(self._recognizer, self._source, spotting=False, learns=False)
+        return any(heard.text == text for heard in (*own.feed(to_int16(played)), *own.finish()))
 
     def _is_said(self, event: Utterance, limits: Limits) -> bool:
         begin = (self._guard_fed - len(self._record.samples)) / SAMPLE_RATE

@@ -298,6 +298,7 @@ def open_stream(
     spotting: bool = True,
     voices: VoiceFlags | None = None,
     details: Details = NO_DETAILS,
+    learns: bool = True,
 ) -> Stream:
     """Begin an independent stream.
 
@@ -307,8 +308,10 @@ def open_stream(
         spotting: whether to report a possible `stop` before the sound around it pauses.
         voices: returns in which frames there may be a voice, if that is known already.
         details: what utterances have besides.
+        learns: whether a recognizer that is learning learns from it.
     """
-    return Stream(recognizer._interpreter, source, recognizer._early, spotting, voices, details)
+    interpreter, early = recognizer._interpreter, recognizer._early
+    return Stream(interpreter, source, early, spotting, voices, details, learns)
 
 
 def confidence_model(recognizer: Recognizer) -> Model:

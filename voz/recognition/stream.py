@@ -39,8 +39,10 @@ class Stream:
         spotting: bool,
         voices: VoiceFlags | None = None,
         details: Details = NO_DETAILS,
+        learns: bool = True,
     ) -> None:
         self._interpreter = interpreter
+        self._learns = learns
         self._rule = interpreter.rule
         self._spotting = spotting
         self._source = source
@@ -168,7 +170,8 @@ class Stream:
                 self._name_until = heard.spoken_until
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
-        self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it
+        if self._learns:
+            self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it
 
 
 def _between(one: Segment | None, other: Sound) -> Context:

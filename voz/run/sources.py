@@ -130,7 +130,13 @@ def text_utterance(
         now: the time, s.
         source: where it comes from.
     """
-    parse = read_text(text, commands, halts)
+    return parsed_utterance(text, read_text(text, commands, halts), commands, now, source)
+
+
+def parsed_utterance(
+    text: str, parse: Parse | None, commands: Commands, now: float, source: str
+) -> Utterance:
+    """Make an utterance of a sentence that `read_text` has read; else as `text_utterance`."""
     if parse is None:
         text = normalize(text[:MAX_COMMAND_LENGTH])
         meant = commands.closest_sentence(text)

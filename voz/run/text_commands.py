@@ -8,7 +8,7 @@ from collections.abc import Callable
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
-from voz.run.sources import NO_COMMAND, TYPED, read_text, text_utterance
+from voz.run.sources import NO_COMMAND, TYPED, parsed_utterance, read_text
 
 MAX_REFUSED_PER_SECOND = 16
 """Texts a second that are reported as no command, at 2 ms each. More are dropped and counted, so
@@ -34,12 +34,13 @@ class TextCommands:
         if normalize(text) in NO_COMMAND:
             return
         commands, now = self._commands(), self._now()
-        if read_text(text, commands, self._inbox.halts) is None:
+        parse = read_text(text, commands, self._inbox.halts)
+        if parse is None:
             if now - self._refused[0] < 1:
                 self._inbox.dropped += 1
                 return
             self._refused.append(now)
-        self._inbox.put(text_utterance(text, commands, self._inbox.halts, now, source))
+        self._inbox.put(parsed_utterance(text, parse, commands, now, source))
 
     def continues(self, text: str) -> bool:
         """Return whether a space after a text goes on with a command.

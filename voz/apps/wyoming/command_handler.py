@@ -30,12 +30,12 @@ from voz import __version__
 from voz.apps.servers.connections import ConnectionGuard, network_of
 from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection
-from voz.apps.wyoming.given_commands import CommandOutcome, GivenCommands
+from voz.apps.wyoming.given_commands import WYOMING_SOURCE, CommandOutcome, GivenCommands
 from voz.errors import RobotError
 from voz.events import explain_not_obeyed
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands, Parse
-from voz.run.sources import read_text, text_utterance
+from voz.run.sources import parsed_utterance, read_text
 
 COMMAND_RATE, COMMAND_BURST = 10.0, 20.0
 """Commands per second, and at once, of all clients; those that stop the robot are not counted.
@@ -123,8 +123,7 @@ class CommandHandler(Connection):
             return NotRecognized(TOO_MANY, context)
         parse = self._read(text)
         if parse is None:
-            commands, halts = self._robot.commands(), self._robot.inbox.halts
-            unknown = text_utterance(text, commands, halts, 0.0)
+            unknown = parsed_utterance(text, None, self._robot.commands(), 0.0, WYOMING_SOURCE)
             return NotRecognized(explain_not_obeyed(unknown), context)
         entities = [Entity(name, value) for name, value in parse.slots.items()]
         return Intent(parse.command, entities, context=context)

@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
 
 import pytest
 from hypothesis import settings
 from loudspeaker import loudspeaker
+from programs import PATIENCE
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
 from voz.language.generated.language_files import LanguageFiles
+from voz.process.signals import AUDIO_THREADS
 from voz.recognition.language import Language, load_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
@@ -34,6 +36,17 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     for report in terminalreporter.getreports("rerun"):
         terminalreporter.write_sep("_", f"tried again: {report.nodeid}")
         terminalreporter.write_line(report.longreprtext)
+
+
+@pytest.fixture(autouse=True)
+def no_audio_thread_left() -> Iterator[None]:
+    """A test whose audio thread goes on fails: voz silences its libraries as long as one does."""
+    before = set(threading.enumerate())
+    yield
+    for thread in set(threading.enumerate()) - before:
+        if thread.name in AUDIO_THREADS:
+            thread.join(PATIENCE)
+            assert not thread.is_alive(), thread
 
 
 @pytest.fixture

@@ -155,6 +155,9 @@ class Live:
 
     def _end(self) -> None:
         self.inbox.put(End())
+        self._hear_no_more()
+
+    def _hear_no_more(self) -> None:
         self._device.close()
         if self._followed:
             self._followed.over = True
@@ -181,7 +184,10 @@ class Live:
     def _other_recognizer(self, take: TakeText, lost: Callable[[str], None]) -> Iterator[None]:
         self.take_text = self._taking = take
         self.lose_recognizer = lost
-        yield
+        try:
+            yield
+        finally:
+            self._hear_no_more()  # a run that ends by an error waits for the thread that hears
 
     def continues(self, text: str) -> bool:
         """Whether a space after a typed text is text."""

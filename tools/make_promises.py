@@ -1,4 +1,4 @@
-"""Writes the matrix of promises into docs/promises.md and docs/safety.md; `make promises` calls it.
+"""Writes the matrix of promises into docs/promises.md; `make promises` calls it.
 
 The cells are what `tests/promises` runs; the times are measured now, in stepped time.
 """
@@ -29,14 +29,11 @@ def main() -> None:
     """Write the tables."""
     from promises import tables
 
-    promises, safety = ROOT / "docs" / "promises.md", ROOT / "docs" / "safety.md"
-    text = promises.read_text(encoding="utf-8")
+    path = ROOT / "docs" / "promises.md"
+    text = path.read_text(encoding="utf-8")
     text = replaced(text, "doors", tables.doors_table())
     text = replaced(text, "exits", tables.exits_table())
-    text = replaced(text, "times", tables.times())
-    promises.write_text(text, encoding="utf-8")
-    text = safety.read_text(encoding="utf-8")
-    safety.write_text(replaced(text, "promises", tables.promises_in_words()), encoding="utf-8")
+    path.write_text(replaced(text, "times", tables.times()), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -183,13 +183,13 @@ PROMISES = (
     ),
     Promise(
         "stop in a flood",
-        "amid hundreds of texts at once it stops as soon",
+        "it stops as soon amid hundreds of texts at once",
         (say(1, "go forward"), Do(4.5, "flood"), say(4.5, "stop"), Do(4.5, "flood")),
         (moves(1, 4.5), stands(4.5)),
     ),
     Promise(
         "stop speech",
-        "what ends the listening stops it, and then nothing moves it",
+        "what ends the listening stops it, and nothing moves it then",
         (say(1, "go forward"), say(4.5, "stop speech"), say(7.5, "go back")),
         (moves(1, 4.5), stands(4.5)),
         seconds=11,
@@ -204,8 +204,8 @@ PROMISES = (
     ),
     Promise(
         "asleep",
-        "what is said without its name moves nothing; what is typed, tapped or said with a button "
-        "held needs none",
+        "a command without its name moves nothing; one that is typed, tapped or said with a "
+        "button held needs none",
         (say(1, "go forward"), say(4.5, "go back")),
         (moves_if_it_needs_no_name,),
         Given(name=NAME),
@@ -227,7 +227,7 @@ PROMISES = (
     ),
     Promise(
         "confirm",
-        "what asks first is done after a yes alone, whatever does it",
+        "a command that asks first is done only after a yes, whatever does it",
         (
             say(1, "make coffee"),
             say(4, "no"),
@@ -241,7 +241,7 @@ PROMISES = (
     ),
     Promise(
         "question",
-        "what is nearly sure moves it after a yes",
+        "a command that is nearly sure moves it after a yes",
         (say(1, UNSURE), say(5, "yes")),
         (stands(0, until=5), moves(5, 9)),
         Given(ask="always"),
@@ -257,7 +257,7 @@ PROMISES = (
     ),
     Promise(
         "late",
-        "what was begun to be said before a stop, and is heard after it, moves nothing",
+        "a command begun before a stop, and understood after it, moves nothing",
         (say(1, "go forward"), Do(1.4, "press space")),
         (stands(1.4, reach=False),),
     ),
@@ -304,7 +304,7 @@ PROMISES = (
     Promise(
         "loss",
         "a loss where commands come from ends the motion within half a second; what is said "
-        "meanwhile moves nothing, and when it is back a new command is needed",
+        "meanwhile moves nothing, and a new command is needed when it is back",
         (
             say(1, "go forward"),
             Do(4.5, "lose"),
@@ -317,7 +317,7 @@ PROMISES = (
     ),
     Promise(
         "loss without safety",
-        "`--no-safety` switches that off as little as any setting does",
+        "neither `--no-safety` nor any setting switches that off",
         (say(1, "go forward"), Do(4.5, "lose"), say(5.5, "go forward")),
         (moves(1, 4.5), stands(5, reach=False)),
         Given(safety=Safety(enabled=False)),

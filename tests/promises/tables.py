@@ -32,27 +32,19 @@ class Promised(Protocol):
 
 
 def matrix(rows: Sequence[Row], promises: Sequence[Promised]) -> Iterator[str]:
-    """Yield the lines of a table: rows down, promises across by their numbers, and its legend."""
+    """Yield the lines of a table: promises down, rows across by their numbers, and its legend."""
     reasons = dict(zip(_reasons(rows, promises), _marks(), strict=False))
-    yield "| | " + " | ".join(str(n) for n in range(1, len(promises) + 1)) + " |"
-    yield "|---" * (len(promises) + 1) + "|"
-    for row in rows:
-        cells = (reasons[row.cannot[p.name]] if p.name in row.cannot else KEPT for p in promises)
-        yield f"| {row.name} | " + " | ".join(cells) + " |"
+    yield "".join(["| promise |", *(f"{n}|" for n in range(1, len(rows) + 1))])
+    yield "|---" * (len(rows) + 1) + "|"
+    for promise in promises:
+        name = promise.name
+        cells = (reasons[row.cannot[name]] if name in row.cannot else KEPT for row in rows)
+        yield "".join([f"| **{name}**: {promise.says} |", *(f"{cell}|" for cell in cells)])
     yield ""
-    for number, promise in enumerate(promises, 1):
-        yield f"{number}. {promise.name}: {promise.says}"
+    yield "; ".join(f"**{number}** {row.name}" for number, row in enumerate(rows, 1))
     yield ""
     for reason, mark in reasons.items():
         yield f"- {mark}: {reason}"
-
-
-def promises_in_words() -> Iterator[str]:
-    """Yield the lines of the table of what is promised at every door."""
-    yield "| promise | |"
-    yield "|---|---|"
-    for promise in PROMISES:
-        yield f"| {promise.name} | {promise.says} |"
 
 
 def doors_table() -> list[str]:

@@ -28,7 +28,7 @@ from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles, find_language
+from voz.language.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer, learned_by
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, Score, calibrate, score

@@ -62,7 +62,7 @@ from pathlib import Path
 from voz.audio.capture.sound_files import read_blocks
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segmenter import segments
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import load_language
 decoder = Decoder(load_language(LanguageFiles(Path(sys.argv[2]))))

@@ -19,9 +19,9 @@ from machine import machine, peak_megabytes
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz.language.build import build
-from voz.language.formats.text_lines import MAX_TEXT_BYTES
-from voz.language.generated.language_files import LanguageFiles, read_commands
-from voz.language.pronunciation.lexicon import read_cmudict
+from voz.language.language_files import LanguageFiles, read_commands
+from voz.language.pronunciation import read_cmudict
+from voz.language.sentences.text_lines import MAX_TEXT_BYTES
 
 SMALL = Path(__file__).parent.parent / "lm" / "comandos_voz.txt"
 LARGE_SENTENCES = 50_000

@@ -52,7 +52,7 @@ def without_confidence() -> Understand:
     from voz.audio.denoise import denoise_if_noisy
     from voz.audio.endpointing.segment import Segment
     from voz.audio.endpointing.segmenter import Segmenter
-    from voz.language.generated.language_files import find_language
+    from voz.language.language_files import find_language
     from voz.recognition.decoder import Decoder, mean_start
     from voz.recognition.language import load_language
 
@@ -71,7 +71,7 @@ def without_confidence() -> Understand:
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
     from voz.audio.capture.sound_files import read_blocks
-    from voz.language.generated.language_files import find_language
+    from voz.language.language_files import find_language
     from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition
 

@@ -37,7 +37,7 @@ from voz.hearing.half_duplex import (
     ECHO_FIT_SAMPLES,
     HalfDuplex,
 )
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

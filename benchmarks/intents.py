@@ -32,7 +32,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import to_int16
 from voz.events import Utterance
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

@@ -26,8 +26,8 @@ from voz.audio.capture.sound_files import to_int16
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.generated.language_files import LanguageFiles
-from voz.language.other_languages import add_language, find_sources, read_language
+from voz.language.language_files import LanguageFiles
+from voz.language.spoken_language import add_language, find_sources, read_language
 from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition

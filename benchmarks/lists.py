@@ -51,7 +51,7 @@ def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
     from voz.apps.recordings.manifest import read_manifest
     from voz.audio.capture.sound_files import read_blocks
     from voz.language.build import build
-    from voz.language.generated.language_files import LanguageFiles
+    from voz.language.language_files import LanguageFiles
     from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition
 

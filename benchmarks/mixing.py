@@ -19,9 +19,9 @@ from machine import machine, one_line_errors
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks, to_int16
-from voz.language.generated.language_files import LanguageFiles
-from voz.language.similarity.confusion import find_similar
-from voz.language.similarity.similarity_report import confusion_rate
+from voz.language.language_files import LanguageFiles
+from voz.language.similarity import find_similar
+from voz.language.similarity_report import confusion_rate
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language, load_language
 from voz.recognition.phoneme_scorer import scorer_for

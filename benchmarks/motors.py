@@ -28,7 +28,7 @@ from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer, open_stream
 from voz.recognition.stream import Stream

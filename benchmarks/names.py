@@ -30,7 +30,7 @@ from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.arrays import to_samples
 from voz.cli.text_io import with_bar
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.recognition.language import load_language
 from voz.recognition.name_finder import NameFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for

@@ -29,7 +29,7 @@ from voz.control.attention import SECONDS_PER_LETTER, question_about
 from voz.errors import ConfigError
 from voz.events import Utterance
 from voz.files import read_json
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Ask, Recognition
 

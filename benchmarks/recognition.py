@@ -33,7 +33,7 @@ from voz.apps.evaluation.tables import alarm_rate_text, estimate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import AudioError, ConfigError
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

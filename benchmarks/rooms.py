@@ -25,7 +25,7 @@ from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip
 from voz.errors import AudioError, ConfigError
 from voz.files import read_json
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

@@ -30,7 +30,7 @@ from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import to_int16
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition

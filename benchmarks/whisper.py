@@ -16,7 +16,7 @@ from voz.apps.evaluation.results import Understood
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles, read_sentences
+from voz.language.language_files import LanguageFiles, read_sentences
 from voz.settings import Recognition
 
 MODEL = "WHISPER_MODEL"

@@ -31,7 +31,7 @@ from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.language.sentences.number_words import SMALL, TENS
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition

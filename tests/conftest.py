@@ -16,7 +16,7 @@ from programs import PATIENCE
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.process.signals import AUDIO_THREADS
 from voz.recognition.language import Language, load_language
 from voz.recognition.recognizer import Recognizer

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pocketsphinx
 
-from voz.language.acoustics.acoustic_model import (
+from voz.language.acoustic_model import (
     BYTE_ORDER,
     STATES_PER_PHONE,
     AcousticModel,

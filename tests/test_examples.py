@@ -24,7 +24,7 @@ from synthesis import phrase, with_floor
 from voz.audio import SAMPLE_RATE
 from voz.config import load_config
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

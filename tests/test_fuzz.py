@@ -23,7 +23,7 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.config import load_config
 from voz.errors import VozError
 from voz.language.build import build
-from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
+from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.decoder import Decoder
 from voz.recognition.language import load_language
 from voz.recognition.speaker.adaptation import StartVector

@@ -16,8 +16,8 @@ from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import UtteranceRow
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
-from voz.language.pronunciation.lexicon import GUESS_ORIGIN
+from voz.language.language_files import LanguageFiles
+from voz.language.pronunciation import GUESS_ORIGIN
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from voz.audio.capture.sound_files import read_blocks
 from voz.events import shift_time
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.run.controller import Controller
 from voz.settings import Recognition, Safety

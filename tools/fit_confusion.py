@@ -1,4 +1,4 @@
-"""Measure `voz/language/acoustics/phone_distances.tsv` anew from recordings whose words are known.
+"""Measure `voz/language/phone_distances.tsv` anew from recordings whose words are known.
 
 Each clip is searched once: for its own phones, and beside them for each variation in which one
 phone is replaced by another. What the replacement loses in log-likelihood, for each frame of the
@@ -27,9 +27,9 @@ from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.cli.text_io import with_bar
 from voz.errors import VozError
-from voz.language.acoustics.language_info import ENGLISH_MODEL
-from voz.language.acoustics.phone_distances import DISTANCES_FILE
-from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
+from voz.language.phone_distances import DISTANCES_FILE
+from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict, split_compound
+from voz.language.spoken_language import ENGLISH_MODEL
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import UNPRUNED
 from voz.recognition.phone_loop import filler_dictionary

@@ -14,7 +14,7 @@ import soundfile
 from noises import Random, Sound, changed_speed
 
 from voz.audio import SAMPLE_RATE
-from voz.language.pronunciation.lexicon import PHONES, find_anywhere, look_up, read_cmudict
+from voz.language.pronunciation import PHONES, find_anywhere, look_up, read_cmudict
 
 LONGEST = 5.0
 """A longer clip is cut at random to so much, s, and loses its phones."""

@@ -24,7 +24,7 @@ import typer
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.errors import SpeechError
-from voz.language.pronunciation.lexicon import find_anywhere, look_up, read_cmudict
+from voz.language.pronunciation import find_anywhere, look_up, read_cmudict
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 

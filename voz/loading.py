@@ -11,7 +11,7 @@ from typing import Any
 
 from voz.errors import CommandsError
 from voz.files import is_file
-from voz.language.generated.language_files import LanguageFiles, find_language
+from voz.language.language_files import LanguageFiles, find_language
 from voz.printable import shown_value
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile

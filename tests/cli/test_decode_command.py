@@ -16,7 +16,7 @@ from recordings import FIXTURES, GO_BACK, Recording
 
 from voz.apps.batch.outcomes import column_name
 from voz.apps.batch.results import read_results
-from voz.language.generated.language_files import PACKAGED_FOLDER
+from voz.language.language_files import PACKAGED_FOLDER
 
 
 def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Recording) -> None:

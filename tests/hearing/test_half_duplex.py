@@ -10,7 +10,7 @@ from recordings import Recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Utterance
 from voz.hearing.half_duplex import REVERBERATION_SECONDS, HalfDuplex
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer, learned_by
 from voz.settings import Recognition
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from voz.language.compiling.compile_templates import CompiledTemplates, compile_templates
-from voz.language.formats.template_list import parse_templates
+from voz.language.compile_templates import CompiledTemplates, compile_templates
+from voz.language.formats.notation import parse_templates
 from voz.language.sentences.command_set import Commands
 
 

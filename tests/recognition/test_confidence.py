@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.language.acoustics.phone_distances import read_distances
+from voz.language.phone_distances import read_distances
 from voz.recognition.confidence import (
     HURRY_TOLERANCE,
     IGNORED_FRAMES_AFTER,

@@ -9,7 +9,7 @@ import pytest
 from recordings import Recording
 
 from voz.errors import LanguageError
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import Language, load_language
 

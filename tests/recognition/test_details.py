@@ -14,7 +14,7 @@ from voz.audio.capture.arrays import to_samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import NO_SAMPLES, Segment
 from voz.events import Alternative, Utterance, shift_time
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE
 from voz.recognition.details import Details, with_details

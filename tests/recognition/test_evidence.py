@@ -12,7 +12,7 @@ import pytest
 from recordings import Recording
 
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import MAX_RIVALS, NEVER_MISSED_TOLERANCE, CommandSearch, Evidence

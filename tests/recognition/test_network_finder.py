@@ -14,7 +14,7 @@ from voz.audio.capture.arrays import to_samples
 from voz.audio.endpointing.segment import NO_SAMPLES, Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.language import Language, load_language

@@ -16,8 +16,8 @@ from voz.audio import Samples
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.generated.language_files import LanguageFiles
-from voz.language.other_languages import find_sources, read_language
+from voz.language.language_files import LanguageFiles
+from voz.language.spoken_language import find_sources, read_language
 from voz.recognition.evidence import CommandSearch
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import UnknownNetworkError

@@ -12,7 +12,7 @@ from recordings import Recording, read_manifest
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
-from voz.language.acoustics.phone_distances import read_distances
+from voz.language.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.phoneme_scorer import (

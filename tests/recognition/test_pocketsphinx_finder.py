@@ -12,7 +12,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.build import build
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import POCKETSPHINX_FEATURES, VOICES_AROUND, load_models
 from voz.recognition.language import Language, load_language
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder

@@ -18,7 +18,7 @@ from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segmenter import segments
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models, save_models
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer, confidence_model, open_stream

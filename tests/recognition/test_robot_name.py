@@ -13,7 +13,7 @@ import voz
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segment import Segment
 from voz.language.build import build
-from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
+from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.phoneme_scorer import PhonemeScorer

@@ -16,7 +16,7 @@ from calls import in_process
 from voz.config import load_config
 from voz.events import Notice
 from voz.inbox import Inbox, Renewal
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.run import command_reload
 from voz.run.clocks import WallClock

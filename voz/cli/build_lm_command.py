@@ -15,7 +15,7 @@ from voz.process.exit_codes import STALE, WRONG_CALL
 if TYPE_CHECKING:
     from voz.config import Config
     from voz.language.command_source import CommandSource
-    from voz.language.other_languages import OtherLanguage
+    from voz.language.spoken_language import OtherLanguage
 
 MAX_LINES_SHOWN = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
@@ -92,7 +92,7 @@ def build_lm(
 
 def _show_more(options: BuildOptions, source: CommandSource) -> None:
     from voz.language.command_source import draw_similarity, similar_pairs
-    from voz.language.similarity.similarity_report import similarity_table
+    from voz.language.similarity_report import similarity_table
 
     if options.count:
         _show_costs(source)
@@ -118,7 +118,7 @@ def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:
 def _spoken(settings: Config) -> OtherLanguage | None:
     if settings.language == type(settings.language)():
         return None
-    from voz.language.other_languages import configured_language
+    from voz.language.spoken_language import configured_language
 
     return configured_language(settings.language)
 
@@ -127,7 +127,7 @@ def _check_expected(source: CommandSource, folder: Path) -> None:
     """Check the sentences in `tests.txt`; end with an exit code if one is wrong."""
     from voz.errors import CommandsError
     from voz.files import read_bytes
-    from voz.language.formats.expected_sentences import EXPECTED_SENTENCES_FILE, failed_expectations
+    from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_expectations
 
     path = folder / EXPECTED_SENTENCES_FILE
     if not path.is_file():

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.scheduler import Finished
     from voz.apps.batch.tasks import SimulationOptions
     from voz.config import Config
-    from voz.language.generated.language_files import LanguageFiles
+    from voz.language.language_files import LanguageFiles
 
 MEGABYTE = 1_000_000
 
@@ -153,7 +153,7 @@ def _simulation_options(
 ) -> SimulationOptions:
     """Return the rules by which recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
-    from voz.language.generated.language_files import list_name, read_commands
+    from voz.language.language_files import list_name, read_commands
     from voz.run.command_check import begins_listening, check_list
 
     commands = read_commands(language)

@@ -90,7 +90,7 @@ def _report_errors(results: Iterable[Result]) -> None:
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.apps.evaluation.operating_points import operating_points
-    from voz.language.generated.language_files import read_commands
+    from voz.language.language_files import read_commands
     from voz.recognition.recognizer import Recognizer, confidence_model
 
     model = confidence_model(Recognizer(choice.language, choice.settings))

@@ -36,7 +36,7 @@ def add(
 
     Example: voz language add cmusphinx-es-5.2 --name es
     """
-    from voz.language.other_languages import add_language
+    from voz.language.spoken_language import add_language
 
     added = add_language(folder, name or folder.resolve().name, dictionary)
     show(f"copied to {added.acoustic_model.parent}; in voz.toml:")
@@ -48,6 +48,6 @@ def add(
 @languages.command("list")
 def list_added() -> None:
     """Show the languages that were added."""
-    from voz.language.other_languages import added_languages
+    from voz.language.spoken_language import added_languages
 
     show("English (comes with voz)", *added_languages())

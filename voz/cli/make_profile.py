@@ -21,7 +21,7 @@ from voz.apps.recordings.manifest import MANIFEST_NAME
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.text_io import show, warn
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles, read_sentences
+from voz.language.language_files import LanguageFiles, read_sentences
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import (
     CALIBRATION_STEPS,

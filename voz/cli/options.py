@@ -19,7 +19,7 @@ from voz.process.memory import LEAST_MEMORY, check_memory
 from voz.settings import SpokenLanguage
 
 if TYPE_CHECKING:
-    from voz.language.generated.language_files import LanguageFiles
+    from voz.language.language_files import LanguageFiles
 
 DEFAULT_SETTINGS_FILE = Path("voz.toml")
 """The settings where none are named: those of the folder that the user is in."""
@@ -80,14 +80,13 @@ class CommonOptions:
 
     def language(self, settings: Config) -> LanguageFiles:
         """Find language files that can be used; warn if their list has changed."""
-        from voz.language.generated.file_checks import check_files
-        from voz.language.generated.language_files import find_language, stale_warning
+        from voz.language.language_files import check_files, find_language, stale_warning
 
         language = find_language(settings.lm)
         check_files(language)
         if settings.language != SpokenLanguage():
-            from voz.language.generated.language_files import read_language_info
-            from voz.language.other_languages import check_same_language
+            from voz.language.language_files import read_language_info
+            from voz.language.spoken_language import check_same_language
 
             check_same_language(read_language_info(language), settings.language, language.folder)
         if self.verbose:
@@ -103,7 +102,7 @@ class CommonOptions:
         read: Iterable[str | Path | None],
     ) -> None:
         """Refuse to write what is read: the files given, the settings, the language files."""
-        from voz.language.generated.language_files import FILE_STEM, find_language
+        from voz.language.language_files import FILE_STEM, find_language
 
         language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
         named = (self.settings_file, settings.recognition.confidence, settings.recognition.network)

@@ -22,7 +22,7 @@ def parse(
     """
     import msgspec
 
-    from voz.language.generated.language_files import read_commands
+    from voz.language.language_files import read_commands
 
     commands = read_commands(options.language(options.settings()))
     for text in texts:

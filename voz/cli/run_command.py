@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
     from voz.config import Config
     from voz.events import Receiver
-    from voz.language.generated.language_files import LanguageFiles
+    from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
@@ -50,7 +50,7 @@ def run(options: RunOptions) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.language.generated.language_files import list_name, read_commands
+    from voz.language.language_files import list_name, read_commands
     from voz.process.standard_streams import quiet_libraries, unblocked_output
 
     options.check()
@@ -94,7 +94,7 @@ def _listening(options: RunOptions, settings: Config, commands: Commands, where:
 
 def _renew_language(settings: Config) -> None:
     """Make the language files again if their list was edited since; a broken one is a warning."""
-    from voz.language.generated.language_files import find_language
+    from voz.language.language_files import find_language
     from voz.run.renewal import build_stale_files
 
     try:
@@ -312,7 +312,7 @@ def _recognizer(
     options: RunOptions, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
-    from voz.language.generated.language_files import read_language_info
+    from voz.language.language_files import read_language_info
     from voz.recognition.recognizer import Recognizer, learned_by
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,

@@ -29,7 +29,7 @@ def service_of(options: RunOptions, recognizer: Recognizer) -> CommandServiceMak
     if not options.wyoming:
         return None
     from voz.apps.wyoming.robot_service import RobotService
-    from voz.language.generated.language_files import read_language_info
+    from voz.language.language_files import read_language_info
 
     language = read_language_info(recognizer.files).code
     return partial(

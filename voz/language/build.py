@@ -15,22 +15,26 @@ from msgspec.structs import replace
 from voz.checksum import sha256
 from voz.errors import LanguageError
 from voz.files import atomic_write
-from voz.language.acoustics.language_info import LanguageInfo
 from voz.language.command_source import CommandSource, read_list, similar_pairs
-from voz.language.formats.text_lines import summarize_warnings
-from voz.language.generated.file_checks import fingerprint, lock_folder
-from voz.language.generated.jsgf_grammar import jsgf
-from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles, read_sentences
-from voz.language.generated.ngram import arpa
-from voz.language.generated.stored_commands import encode_commands
-from voz.language.generated.template_grammar import structured_jsgf
-from voz.language.pronunciation.lexicon import (
+from voz.language.grammar import jsgf, structured_jsgf
+from voz.language.language_files import (
+    PACKAGED_FOLDER,
+    LanguageFiles,
+    fingerprint,
+    lock_folder,
+    read_sentences,
+)
+from voz.language.ngram import arpa
+from voz.language.pronunciation import (
     GUESS_ORIGIN,
     PRONUNCIATIONS_FILE,
     LexiconEntry,
     dictionary_entries,
 )
-from voz.language.similarity.similarity_report import similarity_warnings
+from voz.language.sentences.command_set import encode_commands
+from voz.language.sentences.text_lines import summarize_warnings
+from voz.language.similarity_report import similarity_warnings
+from voz.language.spoken_language import LanguageInfo
 
 
 @dataclass(frozen=True)

@@ -5,37 +5,39 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from voz.errors import CommandsError
-from voz.files import read_bytes
-from voz.language.acoustics.language_info import LanguageInfo
-from voz.language.compiling.compile_templates import CompiledTemplates, compile_templates
-from voz.language.formats.plain_list import CommandList, parse_commands
-from voz.language.formats.template_files import is_templates, read_templates
-from voz.language.formats.template_list import has_templates, parse_templates
-from voz.language.formats.text_lines import MAX_TEXT_BYTES
-from voz.language.pronunciation.dictionaries import pronounce_from
-from voz.language.pronunciation.letter_to_sound import guess
-from voz.language.pronunciation.lexicon import (
+from voz.language.compile_templates import CompiledTemplates, compile_templates
+from voz.language.dictionaries import pronounce_from
+from voz.language.formats.command_list import (
+    CommandList,
+    is_templates,
+    parse_commands,
+    read_templates,
+    read_user_file,
+)
+from voz.language.formats.notation import has_templates, parse_templates
+from voz.language.pronunciation import (
     PRONUNCIATIONS_FILE,
     LexiconEntry,
     check_english,
+    guess,
     parse_pronunciations,
     pronounce,
     read_cmudict,
 )
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.location import error_at
-from voz.language.sentences.template_source import TemplateSource
-from voz.language.similarity.confusion import SimilarPair, find_similar
-from voz.language.similarity.distinct_pairs import distinct_pairs
-from voz.language.similarity.sampled_pairs import similar_pairs_by_sampling
-from voz.language.similarity.similarity_picture import MAX_PICTURED_COMMANDS, draw_matrix
-from voz.language.similarity.similarity_report import MAX_COMPARED_COMMANDS
-
-if TYPE_CHECKING:
-    from voz.language.other_languages import OtherLanguage
+from voz.language.sentences.templates import TemplateSource
+from voz.language.sentences.text_lines import error_at
+from voz.language.similarity import (
+    SimilarPair,
+    distinct_pairs,
+    find_similar,
+    similar_pairs_by_sampling,
+)
+from voz.language.similarity_picture import MAX_PICTURED_COMMANDS, draw_matrix
+from voz.language.similarity_report import MAX_COMPARED_COMMANDS
+from voz.language.spoken_language import LanguageInfo, OtherLanguage
 
 UNNAMED_LIST = "the list of commands"
 """What messages call a list that is not in a file."""
@@ -73,7 +75,7 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
         commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
         language: what is spoken; None is English.
     """
-    data = _read_user_file(commands)
+    data = read_user_file(commands)
     if is_templates(commands, data):
         source, read = read_templates(commands)
         return _of_templates(source, read, commands.parent, language)
@@ -162,7 +164,7 @@ def pronounce_words(
     own = folder / PRONUNCIATIONS_FILE if folder else None
     phones = language.spoken.phones if language else None
     user = (
-        parse_pronunciations(_read_user_file(own), str(own), phones) if own and own.exists() else {}
+        parse_pronunciations(read_user_file(own), str(own), phones) if own and own.exists() else {}
     )
     if language:
         return pronounce_from(places, user, language.dictionary, language.rules)
@@ -172,7 +174,3 @@ def pronounce_words(
 
 def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:
     return {word: entry.phones for word, entry in entries.items()}
-
-
-def _read_user_file(path: Path) -> bytes:
-    return read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from itertools import islice, product
 from pathlib import Path
 
-from voz.errors import CommandsError
-from voz.files import read_bytes
-from voz.language.compiling.compile_templates import compile_templates
-from voz.language.compiling.resolve import slots
-from voz.language.formats.plain_list import parse_commands
-from voz.language.formats.template_files import is_templates, read_templates
-from voz.language.formats.text_lines import MAX_TEXT_BYTES
+from voz.language.compile_templates import compile_templates
+from voz.language.formats.command_list import (
+    is_templates,
+    parse_commands,
+    read_templates,
+    read_user_file,
+)
 from voz.language.sentences.expression import (
     Choice,
     Concatenation,
@@ -25,10 +25,10 @@ from voz.language.sentences.expression import (
     Slot,
     Word,
     children,
+    default_name,
     plain_number,
 )
-from voz.language.sentences.expression_size import default_name
-from voz.language.sentences.template_source import Template
+from voz.language.sentences.templates import Template, slots
 
 MAX_WORDINGS = 5
 """Wordings of one template; a template with slots has one."""
@@ -61,7 +61,7 @@ def read_patterns(path: Path) -> list[Pattern]:
     Raises:
         CommandsError: the list cannot be used.
     """
-    data = read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)
+    data = read_user_file(path)
     if not is_templates(path, data):
         return [Pattern(text, text) for text in parse_commands(data, str(path)).sentences]
     source, _ = read_templates(path)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from voz.language.acoustics.phone_distances import read_distances
+from voz.language.phone_distances import read_distances
 from voz.recognition.confidence_model import Model
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
 

@@ -9,7 +9,7 @@ import pocketsphinx
 from voz.audio import Samples
 from voz.audio.denoise import frame_energies
 from voz.errors import LanguageError
-from voz.language.generated.fsg import to_fsg
+from voz.language.grammar import to_fsg
 from voz.recognition.accents import added
 from voz.recognition.language import Language
 from voz.settings import Search

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pocketsphinx
 
 from voz.audio import Samples
-from voz.language.acoustics.language_info import ENGLISH_MODEL
+from voz.language.spoken_language import ENGLISH_MODEL
 
 LEAST_PROBABILITY = 1e-300
 """What is less likely is not found; pocketsphinx's own limits keep only what is nearly sure."""

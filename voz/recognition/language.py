@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from voz.language.acoustics.language_info import LanguageInfo
-from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import (
+from voz.language.language_files import (
     LanguageFiles,
+    check_files,
     read_commands,
     read_language_info,
     read_pronunciations,
 )
 from voz.language.sentences.command_set import Commands
+from voz.language.spoken_language import LanguageInfo
 from voz.recognition.accents import Phones, with_british, with_rounded
 
 
@@ -50,7 +50,7 @@ def load_language(files: LanguageFiles) -> Language:
     dictionary = read_pronunciations(files)
     spoken = read_language_info(files)
     if not spoken.uses_default_model:
-        from voz.language.other_languages import check_acoustic_model
+        from voz.language.spoken_language import check_acoustic_model
 
         check_acoustic_model(spoken, files.folder)
     said = with_british(dictionary) if spoken.is_english else dictionary

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from voz.language.acoustics.acoustic_model import SILENCE_PHONE
+from voz.language.acoustic_model import SILENCE_PHONE
 from voz.recognition.search_graph import SILENCE, phone_word
 
 

@@ -16,7 +16,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import Cleaned
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.language.sentences.automaton import Automaton
 from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, align, best_matches, lattice

@@ -20,8 +20,7 @@ from voz.audio.endpointing.segment import Segment, belong_together, feed_all
 from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
-from voz.language.generated.file_checks import lock_folder
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles, lock_folder
 from voz.language.sentences.command_set import Commands
 from voz.notebook import keep_sounds
 from voz.public_names import PublicNames

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from voz.errors import CommandsError, ConfigError
 from voz.events import NO, YES
-from voz.language.generated.language_files import list_sources
-from voz.language.pronunciation.lexicon import (
+from voz.language.language_files import list_sources
+from voz.language.pronunciation import (
     GUESS_ORIGIN,
     PRONUNCIATIONS_FILE,
     dictionary_entries,
@@ -90,8 +90,8 @@ def advice_on_name(language: Language, network: PhonemeScorer, name: str) -> str
 
 def _sounds_like(language: Language, name: str) -> str:
     """The command that sounds most like a name; empty if none sounds much like it."""
-    from voz.language.similarity.confusion import find_similar
-    from voz.language.similarity.similarity_report import WARNING_SIMILARITY
+    from voz.language.similarity import find_similar
+    from voz.language.similarity_report import WARNING_SIMILARITY
 
     said = {
         word: [" ".join(phones) for phones in ways]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from voz.language.similarity.word_distances import WordDistances
+from voz.language.similarity import WordDistances
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language
 

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 from voz.control.table import CommandTable
 from voz.hearing.sound_watch import SilenceCheck
 from voz.inbox import Inbox
-from voz.language.generated.language_files import find_language, read_commands
+from voz.language.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.ros1.control_loop import run_node_session
 from voz.ros1.node import Ros1Node, subscribe

@@ -7,16 +7,17 @@ from pathlib import Path
 from voz.errors import LanguageError
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.generated.file_checks import check_model, check_words
-from voz.language.generated.jsgf_grammar import jsgf
-from voz.language.generated.language_files import (
+from voz.language.grammar import jsgf
+from voz.language.language_files import (
     LanguageFiles,
+    check_model,
+    check_words,
     find_language,
     parse_dictionary,
     parse_sentences,
     read_plain_text,
 )
-from voz.language.other_languages import configured_language
+from voz.language.spoken_language import configured_language
 from voz.ros1.parameters import text
 from voz.settings import SpokenLanguage
 

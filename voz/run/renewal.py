@@ -10,11 +10,11 @@ from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
 from voz.language.build import build
 from voz.language.command_source import CommandSource, read_list
-from voz.language.formats.expected_sentences import EXPECTED_SENTENCES_FILE, failed_expectations
-from voz.language.generated.language_files import LanguageFiles, list_sources, stale_warning
-from voz.language.other_languages import configured_language
-from voz.language.pronunciation.lexicon import PRONUNCIATIONS_FILE
+from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_expectations
+from voz.language.language_files import LanguageFiles, list_sources, stale_warning
+from voz.language.pronunciation import PRONUNCIATIONS_FILE
 from voz.language.sentences.command_set import Commands
+from voz.language.spoken_language import configured_language
 from voz.robot.factory import robot_names
 from voz.run.command_check import begins_listening, check_list, missing_commands
 

@@ -17,8 +17,7 @@ from voz.errors import AudioError
 from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
 from voz.language.sentences.command_set import Commands, Parse
-from voz.language.sentences.spelling import normalize, strip_accents
-from voz.language.sentences.typed_text import spoken_forms
+from voz.language.sentences.spelling import normalize, spoken_forms, strip_accents
 from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 from voz.run.beat import BEATS_PER_SECOND, beats_before

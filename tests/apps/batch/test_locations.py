@@ -21,7 +21,7 @@ from voz.apps.batch.scheduler import Finished
 from voz.apps.batch.tasks import WorkerSetup
 from voz.config import Recognition
 from voz.errors import ConfigError
-from voz.language.generated.language_files import PACKAGED_FOLDER
+from voz.language.language_files import PACKAGED_FOLDER
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition())
 NAMES = [str(GO_BACK), str(FIXTURES / "none.wav")]

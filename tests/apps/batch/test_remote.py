@@ -15,7 +15,7 @@ from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.apps.batch.remote import local_recording
 from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import AudioError
-from voz.language.generated.language_files import PACKAGED_FOLDER
+from voz.language.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
 

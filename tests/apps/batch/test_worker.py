@@ -11,7 +11,7 @@ from voz.apps.batch.outcomes import Outcome
 from voz.apps.batch.stamps import check_stamps
 from voz.apps.batch.tasks import DecodeTask, WorkerSetup
 from voz.apps.batch.worker import work
-from voz.language.generated.language_files import PACKAGED_FOLDER
+from voz.language.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
 OTHER = FIXTURES / "commands" / "festival_slt__stop.flac"

@@ -11,7 +11,7 @@ from voz.apps.evaluation import engines
 from voz.apps.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.apps.evaluation.results import Understood
 from voz.errors import AudioError, ConfigError
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.settings import Recognition
 
 COMMANDS = frozenset({"go back"})

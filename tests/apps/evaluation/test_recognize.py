@@ -23,7 +23,7 @@ from voz.apps.evaluation.recognize import (
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.config import Recognition
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 
 
 @pytest.fixture(scope="module")

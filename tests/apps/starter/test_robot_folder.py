@@ -15,7 +15,7 @@ from voz.apps.starter.robot_folder import ROBOT_TYPES, make_robot_folder
 from voz.config import load_config
 from voz.control.table import can_move
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles, read_commands
+from voz.language.language_files import LanguageFiles, read_commands
 from voz.robot.factory import robot_names
 from voz.run.command_check import check_list, commands_without_effect, missing_commands
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from voz.apps.web.false_alarm_setting import FalseAlarmSetting
 from voz.errors import ConfigError
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.settings import Recognition
 

@@ -28,7 +28,7 @@ from wyoming.info import Describe, Info
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.other_languages import find_sources, read_language
+from voz.language.spoken_language import find_sources, read_language
 from voz.settings import SpokenLanguage
 
 pytestmark = pytest.mark.slow

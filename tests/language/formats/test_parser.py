@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.language.formats.parser import Passage
+from voz.language.sentences.text_lines import Passage
 
 
 @given(

@@ -11,12 +11,11 @@ from language.template_texts import commands_of, compile_text
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
-from voz.language.generated.fsg import to_fsg
-from voz.language.generated.template_grammar import structured_jsgf
+from voz.language.grammar import structured_jsgf, to_fsg
 from voz.language.sentences.automaton import prefix_tree
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.neighbors import LetterDistances, nearest
-from voz.language.similarity.word_distances import WordDistances
+from voz.language.similarity import WordDistances
 
 WORD = st.sampled_from(["go", "stop", "back", "left", "up"])
 

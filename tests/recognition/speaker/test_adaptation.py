@@ -12,8 +12,8 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import LanguageError
-from voz.language.acoustics.acoustic_model import AcousticModel
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.acoustic_model import AcousticModel
+from voz.language.language_files import LanguageFiles
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer, learned_by
 from voz.recognition.speaker.adaptation import (

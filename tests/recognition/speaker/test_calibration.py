@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.language.acoustics.acoustic_model import Floats
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.acoustic_model import Floats
+from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer

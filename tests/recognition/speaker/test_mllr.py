@@ -9,8 +9,8 @@ import pocketsphinx
 import pytest
 from recordings import Recording
 
-from voz.language.acoustics.acoustic_model import CEPSTRA, AcousticModel
-from voz.language.acoustics.language_info import ENGLISH_MODEL
+from voz.language.acoustic_model import CEPSTRA, AcousticModel
+from voz.language.spoken_language import ENGLISH_MODEL
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import Aligned

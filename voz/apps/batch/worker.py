@@ -19,7 +19,7 @@ from voz.apps.batch.stamps import stamp_of, with_checksum
 from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, TaskResult, WorkerSetup
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
 

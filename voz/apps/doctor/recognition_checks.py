@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from voz.apps.doctor.finding import Finding, failed
 from voz.config import Config
 from voz.errors import VozError
-from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import (
+from voz.language.language_files import (
     LanguageFiles,
+    check_files,
     find_language,
     read_sentences,
     stale_warning,

@@ -22,8 +22,7 @@ from msgspec.structs import replace
 from voz.apps.evaluation.results import Understood
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError, ConfigError
-from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import LanguageFiles, read_commands
+from voz.language.language_files import LanguageFiles, check_files, read_commands
 from voz.settings import Recognition
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]

@@ -15,7 +15,7 @@ from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
-from voz.language.generated.language_files import find_language
+from voz.language.language_files import find_language
 from voz.recognition.confidence import Context
 from voz.recognition.recognizer import Recognizer, candidates_in
 from voz.settings import Recognition

@@ -22,7 +22,7 @@ from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
-from voz.language.generated.language_files import read_language_info
+from voz.language.language_files import read_language_info
 from voz.recognition.listener import Listener
 from voz.recognition.recognizer import Recognizer
 

@@ -1,8 +1,4 @@
-"""The notation of voz, which is that of hassil and Home Assistant; pure.
-
-`[please] (go|drive) forward`, `{color}`, `{angle: 5..180 by 5}`, `{thing:object}`, `<polite>`,
-`(a;b)`, `light[s]`; in a list `deep blue:blue`.
-"""
+"""The notation of voz, which is that of hassil and Home Assistant, and files in it; pure."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import re
 from fractions import Fraction
 from itertools import product
 
-from voz.language.formats.parser import Parser, Passage, Token, word_spellings
+from voz.language.formats.parser import Parser, Token, word_spellings
 from voz.language.sentences.expression import (
     Expression,
     NumberRange,
@@ -18,12 +14,13 @@ from voz.language.sentences.expression import (
     Slot,
     Tag,
     Word,
+    check_range,
     choice,
     parse_value,
 )
-from voz.language.sentences.location import Location, error_at
-from voz.language.sentences.number_range import check_range
-from voz.language.sentences.spelling import MAX_WORD_LETTERS, normalize
+from voz.language.sentences.spelling import MAX_WORD_LETTERS, compose_accents, normalize
+from voz.language.sentences.templates import Template, TemplateSource
+from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
 
 NAME_PATTERN = r"[A-Za-z_][\w-]*"
 """Of a rule, a list or a slot."""
@@ -142,3 +139,60 @@ def number_range(text: str, place: Location) -> NumberRange | None:
         return None
     first, last, step = (Fraction(number or "1") for number in match.groups())
     return check_range(NumberRange(first, last, step), place)
+
+
+_MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
+_IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
+_TEMPLATE_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=", re.ASCII)
+_LIST = re.compile(rf"\s*({NAME_PATTERN})\s*=", re.ASCII)
+_COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
+
+
+def has_templates(data: bytes) -> bool:
+    """Whether a command list has more than plain sentences; comments do not count."""
+    lines = (line.partition(b"#")[0] for line in data.replace(b"\r", b"\n").split(b"\n"))
+    return any(_MARKS.search(line) or _is_import(line) for line in lines)
+
+
+def _is_import(line: bytes) -> bool:
+    return bool(_IMPORT.fullmatch(line.decode("utf-8", "replace").strip("\ufeff")))
+
+
+def parse_templates(data: bytes, name: str) -> TemplateSource:
+    """Parse a file in voz's notation, UTF-8; `name` is for messages. Raises CommandsError."""
+    source = TemplateSource(name)
+    for number, whole in numbered_lines(data, name):
+        text = whole.partition("#")[0].rstrip()
+        if text.strip():
+            _add(source, Passage(name, number, 0, text))
+    return source
+
+
+def _add(source: TemplateSource, line: Passage) -> None:
+    place = line.place(len(line.text) - len(line.text.lstrip()))
+    if match := _IMPORT.fullmatch(line.text):
+        source.imports.append((match[1], line.place(match.start(1))))
+    elif match := _TEMPLATE_RULE.match(line.text):
+        body = Notation(_behind(line, match)).parse()
+        source.define("rule", match[1], body, place)
+    elif match := _LIST.match(line.text):
+        source.define("list", match[1], list_body(_behind(line, match)), place)
+    elif match := _COMMAND.match(line.text):
+        expression = Notation(_behind(line, match)).parse()
+        source.templates.append(
+            Template(compose_accents(" ".join(match[1].split())), expression, place)
+        )
+    elif "=" in line.text:
+        at = line.text.index("=")
+        raise error_at(
+            line.place(at),
+            '"=" is allowed only after the name of a list or rule, as in: color = red | green',
+        )
+    else:
+        source.templates.append(Template(None, Notation(line).parse(), place))
+
+
+def _behind(line: Passage, match: re.Match[str]) -> Passage:
+    if not line.text[match.end() :].strip():
+        raise error_at(line.place(match.end() - 1), "nothing follows; write what is said")
+    return line.part(match.end())

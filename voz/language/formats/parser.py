@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
-from itertools import accumulate
 from typing import ClassVar, NamedTuple, NoReturn
 
 from voz.language.sentences.expression import (
@@ -20,55 +16,14 @@ from voz.language.sentences.expression import (
     choice,
     concatenation,
 )
-from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
+from voz.language.sentences.text_lines import Passage, error_at
 
 MAX_GROUP_DEPTH = 40
 """Nested groups; Python's own recursion limit is not far above."""
 
 MAX_PERMUTED_PARTS = 5
 """Six parts have 720 orders."""
-
-
-@dataclass(frozen=True)
-class Passage:
-    """A piece of a file that is parsed.
-
-    Attributes:
-        file: what messages call the file.
-        line: the number of its first line, from 1.
-        column: where it begins in that line, from 0.
-        text: the piece; it may have several lines.
-        whole: its whole first line; empty if the piece is that line.
-    """
-
-    file: str
-    line: int
-    column: int
-    text: str
-    whole: str = ""
-
-    def place(self, at: int = 0) -> Location:
-        """The location of a character in the file."""
-        down = bisect_right(self._begins, at) - 1
-        column = at - self._begins[down] + (0 if down else self.column)
-        shown = self.whole if self.whole and not down else self._lines[down]
-        return Location(self.file, self.line + down, column + 1, shown)
-
-    # Split once: a grammar of thousands of rules is one passage, and each rule has a place in it.
-
-    @cached_property
-    def _lines(self) -> list[str]:
-        return self.text.split("\n")
-
-    @cached_property
-    def _begins(self) -> list[int]:
-        return [0, *accumulate(len(line) + 1 for line in self._lines)]
-
-    def part(self, start: int, end: int | None = None) -> Passage:
-        """A part of a passage that is one line."""
-        whole = self.whole or self.text
-        return Passage(self.file, self.line, self.column + start, self.text[start:end], whole)
 
 
 class Token(NamedTuple):

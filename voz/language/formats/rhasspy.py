@@ -11,8 +11,7 @@ import re
 from collections.abc import Callable
 from fractions import Fraction
 
-from voz.language.formats.parser import Parser, Passage, Token
-from voz.language.formats.text_lines import numbered_lines
+from voz.language.formats.parser import Parser, Token
 from voz.language.sentences.expression import (
     NO_WORDS,
     DefinitionKey,
@@ -21,14 +20,14 @@ from voz.language.sentences.expression import (
     Reference,
     Slot,
     Tag,
+    check_range,
     choice,
     parse_value,
     references,
     renamed,
 )
-from voz.language.sentences.location import Location, error_at
-from voz.language.sentences.number_range import check_range
-from voz.language.sentences.template_source import Template, TemplateSource
+from voz.language.sentences.templates import Template, TemplateSource
+from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RHASSPY_RULE = re.compile(r"\s*([\w-]+)\s*=")

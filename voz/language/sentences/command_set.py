@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
+from typing import TypeAlias
 
 import msgspec
 
@@ -13,9 +14,74 @@ from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
-from voz.language.sentences.slot_reader import SlotReader
-from voz.language.sentences.spelling import strip_accents
-from voz.language.sentences.typed_text import spoken_forms
+from voz.language.sentences.spelling import spoken_forms, strip_accents
+
+SlotMark: TypeAlias = tuple[str, Value]
+"""`{` and `}` are the ends of a slot, `<` and `>` those of a tag."""
+
+SlotMarks: TypeAlias = tuple[SlotMark, ...]
+
+MarkedArc: TypeAlias = tuple[int, SlotMarks]
+"""The next state, and the marks before the word."""
+
+
+class SlotReader(msgspec.Struct, frozen=True):
+    """The states of a template, without cycles; it begins in the first.
+
+    Attributes:
+        arcs: of each state, by word.
+        ends: the final states, and the marks at the end.
+    """
+
+    arcs: list[dict[str, list[MarkedArc]]]
+    ends: dict[int, SlotMarks]
+
+    def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
+        """The slots of a sentence, by its first reading; None if it is not of the template."""
+        return next(self.readings(words), None)
+
+    def readings(self, words: Sequence[str]) -> Iterator[dict[str, Value]]:
+        """All readings of a sentence, perhaps some of them twice."""
+        dead: set[tuple[int, int]] = set()
+        for marks in self._paths(words, 0, 0, dead):
+            yield _values(words, marks)
+
+    def _paths(
+        self, words: Sequence[str], at: int, state: int, dead: set[tuple[int, int]]
+    ) -> Iterator[list[SlotMarks]]:
+        """Yield the marks before each word from `at` on, and at the end."""
+        if at == len(words):
+            if state in self.ends:
+                yield [self.ends[state]]
+            return
+        if (at, state) in dead:
+            return
+        found = False
+        for target, marks in self.arcs[state].get(words[at], ()):
+            for rest in self._paths(words, at + 1, target, dead):
+                found = True
+                yield [marks, *rest]
+        if not found:
+            dead.add((at, state))
+
+
+def _values(words: Sequence[str], marks: Sequence[SlotMarks]) -> dict[str, Value]:
+    found: dict[str, Value] = {}
+    name, parts, tagged = "", list[Value](), 0
+    for word, here in zip([*words, ""], marks, strict=True):
+        for mark, value in here:
+            if mark == "{":
+                name, parts = str(value), []
+            elif mark == "<":
+                tagged = len(parts)
+            elif mark == ">":
+                parts[tagged:] = [value] if value != "" else []
+            elif parts:
+                found[name] = parts[0] if len(parts) == 1 else " ".join(map(str, parts))
+                name = ""
+        parts.append(word)
+    return {name: value for name, value in found.items() if value != ""}
+
 
 MAX_LISTED_SENTENCES = 5_000
 """Sentences of templates that are listed one by one; of more some are drawn."""
@@ -244,3 +310,33 @@ def _words(sentences: Iterable[str]) -> set[str]:
 def plain_commands(sentences: Sequence[str]) -> Commands:
     """The commands of a plain list: each sentence is its own command."""
     return Commands(prefix_tree(sentences), [Meaning(sentence) for sentence in sentences])
+
+
+class StoredCommands(msgspec.Struct, frozen=True):
+    """What the file holds.
+
+    Attributes:
+        sources: the SHA-256 of each template file, by its path relative to the folder.
+        arcs: of the automaton.
+        labels: of the automaton.
+        meanings: of the labels.
+    """
+
+    sources: dict[str, str]
+    arcs: list[dict[str, int]]
+    labels: list[int]
+    meanings: list[Meaning]
+
+
+def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:
+    """Write commands as JSON; deterministic."""
+    automaton = commands.automaton
+    stored = StoredCommands(
+        dict(sources), automaton.arcs, automaton.labels, list(commands.meanings)
+    )
+    return msgspec.json.encode(stored).decode() + "\n"
+
+
+def decode_commands(stored: StoredCommands) -> Commands:
+    """The reverse of `encode_commands`."""
+    return Commands(Automaton(stored.arcs, stored.labels), stored.meanings)

@@ -1,13 +1,16 @@
-"""A template as a tree that never changes, and the names in it; pure."""
+"""A template as a tree that never changes: its names, number ranges and size; pure."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from functools import lru_cache
+from math import factorial, prod
+from typing import Literal, NamedTuple, TypeAlias
 
-from voz.language.sentences.location import Location
+from voz.language.sentences.number_words import wordings
+from voz.language.sentences.text_lines import Location, error_at
 
 DefinitionKind = Literal["rule", "list"]
 
@@ -174,3 +177,94 @@ def parse_value(text: str) -> Value:
 def plain_number(number: Fraction) -> int | float:
     """Convert a whole number to int, and any other to float."""
     return int(number) if number.denominator == 1 else float(number)
+
+
+MAX_RANGE_NUMBERS = 10_001
+
+
+def check_range(numbers: NumberRange, place: Location) -> NumberRange:
+    """Raise CommandsError if a range is empty, too long or has numbers that nobody says."""
+    if numbers.step <= 0:
+        raise error_at(place, "the step must be above 0")
+    count = (numbers.last - numbers.first) // numbers.step + 1
+    if count < 1:
+        raise error_at(place, "empty range; write the smaller number first")
+    if count > MAX_RANGE_NUMBERS:
+        raise error_at(place, f"{count:,} numbers are too many; use a larger step")
+    try:
+        for number in numbers_in(numbers):
+            wordings(number)
+    except ValueError as error:
+        raise error_at(place, f"{error}; use other numbers") from None
+    return numbers
+
+
+def numbers_in(numbers: NumberRange) -> list[Fraction]:
+    """All numbers of a range."""
+    count = (numbers.last - numbers.first) // numbers.step + 1
+    return [numbers.first + n * numbers.step for n in range(count)]
+
+
+def tagged_wordings(numbers: NumberRange) -> Expression:
+    """Return all wordings of a range, tagged with their numbers; for two numbers, the smaller."""
+    said: dict[str, Fraction] = {}
+    for number in numbers_in(numbers):
+        for text in wordings(number):
+            said.setdefault(text, number)
+    return choice([Tag(phrase(text), plain_number(number)) for text, number in said.items()])
+
+
+class Size(NamedTuple):
+    """The size of an expression.
+
+    Attributes:
+        ways: number of sentences; one that it gives twice counts twice.
+        longest: words of the longest.
+    """
+
+    ways: int
+    longest: int
+
+
+def size(item: Expression, known: dict[int, Size]) -> Size:
+    """Measure an expression without references; `known` is a cache by id."""
+    if isinstance(item, Word):
+        return Size(1, 1)
+    if isinstance(item, NumberRange):
+        return _size_of_numbers(item)
+    if isinstance(item, (Concatenation, Permutation)):
+        each = [size(one, known) for one in item.items]
+        orders = factorial(len(each)) if isinstance(item, Permutation) else 1
+        return Size(orders * prod(one.ways for one in each), sum(one.longest for one in each))
+    if isinstance(item, Choice):
+        each = [size(one, known) for one in item.items]
+        return Size(sum(one.ways for one in each), max(one.longest for one in each))
+    if isinstance(item, Optional):
+        inner = size(item.item, known)
+        return Size(inner.ways + 1, inner.longest)
+    if isinstance(item, ResolvedReference):
+        if id(item) not in known:
+            known[id(item)] = size(item.item, known)
+        return known[id(item)]
+    assert isinstance(item, (Tag, Slot)), Reference
+    return size(item.item, known)
+
+
+@lru_cache(maxsize=1000)
+def _size_of_numbers(numbers: NumberRange) -> Size:
+    return size(tagged_wordings(numbers), {})
+
+
+def default_name(item: Expression) -> str:
+    """Return the first sentence of a template without options; a slot is its name."""
+    if isinstance(item, Word):
+        return item.text
+    if isinstance(item, Slot):
+        return f"{{{item.name}}}"
+    if isinstance(item, (Concatenation, Permutation)):
+        return " ".join(filter(None, map(default_name, item.items)))
+    if isinstance(item, Choice):
+        return default_name(item.items[0])
+    if isinstance(item, (Tag, ResolvedReference)):
+        return default_name(item.item)
+    return default_name(tagged_wordings(item)) if isinstance(item, NumberRange) else ""

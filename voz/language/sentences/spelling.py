@@ -1,9 +1,12 @@
-"""Normalizes words, and finds characters that cannot be spoken; pure."""
+"""Spelling: normalized words, what nobody can speak, typed text as spoken words; pure."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
+from fractions import Fraction
+
+from voz.language.sentences.number_words import wordings
 
 MAX_WORD_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 
@@ -61,3 +64,26 @@ def _advice(char: str) -> str:
     if char in "‘’`´":  # noqa: RUF001 (what editors and keyboards make of an apostrophe)
         return f"{shown} cannot be spoken; write a plain apostrophe (') instead"
     return f"{shown} cannot be spoken; remove it"
+
+
+_LETTERS = rf"(?:[^\W_]|{COMBINING_SIGN})+"
+_TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
+_PLAIN = str.maketrans(
+    {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
+)
+"""Variants of an apostrophe, and signs that are words."""
+
+_HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
+
+
+def spoken_forms(text: str) -> list[list[str]]:
+    """Return the ways to say each word or number of typed text."""
+    plain = _HYPHEN.sub(" ", compose_accents(text.lower()).translate(_PLAIN))
+    return [_said(token) for token in _TOKEN.findall(plain)]
+
+
+def _said(token: str) -> list[str]:
+    try:
+        return list(wordings(Fraction(token)))
+    except ValueError:  # no number, or too large to be said
+        return [token]

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.language.acoustics.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
+from voz.language.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
 from voz.records import CheckedRecord, Fraction

@@ -14,7 +14,7 @@ from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segmenter import segments
 from voz.events import Utterance
-from voz.language.generated.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import load_language
 from voz.recognition.recognizer import Recognizer

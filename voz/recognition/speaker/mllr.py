@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from voz.language.acoustics.acoustic_model import CEPSTRA, FEATURE_STREAMS, AcousticModel, Floats
+from voz.language.acoustic_model import CEPSTRA, FEATURE_STREAMS, AcousticModel, Floats
 from voz.recognition.speaker.adaptation import Aligned, start_numbers
 
 MLLR_PRIOR_FRAMES = 50

@@ -1,0 +1,214 @@
+"""The notation: the template, then what it says."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from language.template_texts import commands_of, compile_text
+
+from voz import CommandsError
+from voz.language.formats.notation import has_templates
+
+
+def said(text: str) -> list[str]:
+    return list(commands_of(text))
+
+
+@pytest.mark.parametrize(
+    ("template", "sentences"),
+    [
+        ("[please] (go|drive) on", ["please go on", "please drive on", "go on", "drive on"]),
+        ("a (b;c d)", ["a b c d", "a c d b"]),
+        ("(a;b;c)", ["a b c", "a c b", "b a c", "b c a", "c a b", "c b a"]),
+        ("turn light[s] on", ["turn light on", "turn lights on"]),
+        ("move (up|down)wards", ["move upwards", "move downwards"]),
+        ("turn [the ]lamp on", ["turn the lamp on", "turn lamp on"]),
+        ("Go  (Left | RIGHT)", ["go left", "go right"]),
+        ("advance | move on", ["advance", "move on"]),
+        ("go [[very] fast]", ["go very fast", "go fast", "go"]),
+        ("go back # (", ["go back"]),
+    ],
+)
+def test_a_template_says_its_sentences(template: str, sentences: list[str]) -> None:
+    assert sorted(said(template)) == sorted(sentences)
+
+
+def test_lists_have_what_is_spoken_and_its_value() -> None:
+    commands = commands_of("bring the {color} cup\ncolor = red | deep blue:blue | seven:7")
+    parses = [commands.parse(text) for text in commands]
+    assert [parse and parse.slots for parse in parses] == [
+        {"color": "red"},
+        {"color": "blue"},
+        {"color": 7},
+    ]
+
+
+def test_a_slot_may_have_another_name_than_its_list() -> None:
+    commands = commands_of("from {place:origin} to {place:goal}\nplace = here | there")
+    parse = commands.parse("from here to there")
+    assert parse
+    assert parse.slots == {"origin": "here", "goal": "there"}
+
+
+def test_a_slot_belongs_to_the_template_that_names_it() -> None:
+    commands = commands_of("turn {angle: 5..10 by 5}\nlift {angle: 1..2}")
+    assert commands.parse("turn ten")
+    assert not commands.parse("lift ten")
+    assert commands.parse("lift two")
+
+
+def test_a_rule_brings_its_slots_with_it() -> None:
+    commands = commands_of("<far> = {n: 1..3} metres\ngo: go <far>\nback: go back [<far>]")
+    parse = commands.parse("go back two metres")
+    assert parse
+    assert (parse.command, parse.slots) == ("back", {"n": 2})
+
+
+def test_a_command_is_named_before_a_colon_or_is_the_plainest_sentence() -> None:
+    commands = commands_of(
+        "go forward: advance\ngo forward: [please] move on\nstop\n[please] (go|come) back\n"
+        "bring the {what}\nwhat = cup\n"
+    )
+    found = {text: parse.command for text in commands if (parse := commands.parse(text))}
+    assert found == {
+        "advance": "go forward",
+        "please move on": "go forward",
+        "move on": "go forward",
+        "stop": "stop",
+        "please go back": "go back",
+        "please come back": "go back",
+        "go back": "go back",
+        "come back": "go back",
+        "bring the cup": "bring the {what}",
+    }
+
+
+def test_numbers_are_said_in_all_usual_ways() -> None:
+    commands = commands_of("turn {angle: 90..180 by 90}\ngo {far}\nfar = 0.5 .. 1.5 by 0.5")
+    said = {
+        "turn ninety": 90,
+        "turn a hundred and eighty": 180,
+        "turn one hundred eighty": 180,
+        "turn one eighty": 180,
+        "go a half": 0.5,
+        "go half a": 0.5,
+        "go one": 1,
+        "go one point five": 1.5,
+        "go one and a half": 1.5,
+    }
+    assert {text: next(iter(p.slots.values())) for text in said if (p := commands.parse(text))} == (
+        said
+    )
+
+
+CHAIN = "".join(f"<r{n}> = a <r{n + 1}>\n" for n in reversed(range(90)))
+LAUGHS = "<l0>\n<l40> = a | b\n" + "".join(f"<l{n}> = <l{n + 1}> <l{n + 1}>\n" for n in range(20))
+LAUGHS += "<l20> = ha\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("go (left", 'l.txt:1:4: "(" is not closed; write ")"'),
+        ("go left)", 'l.txt:1:8: unmatched ")"'),
+        ("go {way", 'l.txt:1:4: "{" is not closed; add "}" after the name'),
+        ("go (a|)", 'l.txt:1:7: empty alternative; write "[...]"'),
+        ("go []", "l.txt:1:5: empty alternative"),
+        ("stop\ngo (back|5)", 'l.txt:2:10: "5" is a digit; write the number as words'),
+        ("go (back)!", 'l.txt:1:10: "!" cannot be spoken; remove it'),
+        ("go (a;b|c)", 'l.txt:1:8: ";" and "|" are mixed; use parentheses'),
+        ("a; b", 'l.txt:1:2: ";" (in any order) is allowed only in groups'),
+        ("go {way}", 'l.txt:1:5: there is no list "way"; add a line, as in: way = red | green'),
+        ("go <way>", 'l.txt:1:4: there is no rule "way"; add a line, as in: <way> ='),
+        ("go <way>\nway = left", '"way" is a list; write {way}'),
+        ("go <a>\n<a> = x <b>\n<b> = <a>", "l.txt:3:7: <a> in <b> in <a> is recursive"),
+        ("go {a: 5..1}", "l.txt:1:7: empty range"),
+        ("go {a: 1..5 by 0}", "the step must be above 0"),
+        ("go {a: 1..20000}", "20,000 numbers are too many"),
+        ("go {a: 1..x}", "expected a name, as in {thing:object}, or numbers"),
+        ("go {a b}", "the name of a slot is one word"),
+        ("a = b\na = c\n{a}", 'l.txt:2:1: the list "a" is already defined (l.txt:1:1)'),
+        ("<a> =\n<a>", "l.txt:1:5: nothing follows"),
+        ("go:", "l.txt:1:3: nothing follows"),
+        ("go red:1", 'l.txt:1:8: "1" is a digit'),
+        ("x: go red:1", 'l.txt:1:10: ":" gives values in lists only'),
+        ("{a} and {a}\na = b", 'l.txt:1:10: the slot "a" occurs twice in one sentence'),
+        ("[please] [go]", "l.txt:1:1: everything is optional"),
+        ("on: go\noff: [please] go", '"go" is a sentence of "on" already (l.txt:1:1)'),
+        (" ".join(["(a|b)"] * 31), "has up to 31 words; at most 30"),
+        (" ".join(["(a|b|c|d|e|f|g|h|i|j)"] * 11), "sentences; make lists shorter"),
+        ("a = b", "l.txt: contains no command"),
+        ("light {a}s\na = b", "l.txt:1:10: only letters may touch a word, as in light[s]"),
+        ("go <r0>\n" + CHAIN, "nested names; use fewer"),
+        (CHAIN + "go <r0>\n" + "<r90> = x\n", "nested names; use fewer"),
+        (LAUGHS, "at most 30 are allowed"),
+        ("go (" + "x" * 41 + ")", "has 41 letters, more than 40"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_where_and_what_to_do(text: str, message: str) -> None:
+    with pytest.raises(CommandsError, match=re.escape(message)) as caught:
+        compile_text(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_line_is_shown_with_a_caret() -> None:
+    with pytest.raises(CommandsError) as caught:
+        compile_text("stop\n  go (left|)  # or right\n")
+    assert caught.value.excerpt == ("  go (left|)", "           ^")
+
+
+def test_names_that_nobody_uses_are_named() -> None:
+    assert compile_text("stop\ncolor = red\n<polite> = please").warnings == (
+        "l.txt:2:1: list {color} is never used; remove it",
+        "l.txt:3:1: rule <polite> is never used; remove it",
+    )
+
+
+def test_the_same_sentence_twice_of_one_command_is_kept_once() -> None:
+    built = compile_text("on: go\non: [please] go")
+    assert built.warnings == ('l.txt:2:1: "go" is there twice (first in l.txt:1:1)',)
+    assert list(built.commands) == ["go", "please go"]
+
+
+def test_many_sentences_that_are_there_twice_give_one_warning() -> None:
+    lines = "".join(f"(go|come) {word}\n{word}: go {word}\n" for word in ("a", "b"))
+    with pytest.raises(CommandsError, match="is a sentence of"):
+        compile_text(lines)
+    (line,) = compile_text("[please] go\n" + "go\n" * 20).warnings
+    assert line == "l.txt: 20 sentences are there twice, or can be read in two ways"
+
+
+def test_a_sentence_that_can_be_read_in_two_ways_is_named() -> None:
+    (warning,) = compile_text("count {a: 1..30} [{b: 1..9}]").warnings
+    assert '"count twenty one" can be read as a=20, b=1 or as a=21' in warning
+
+
+def test_plain_lists_have_no_templates() -> None:
+    assert not has_templates(b"stop\nimport data\ngo back # (or not)\n")
+    assert has_templates(b"import other.txt")
+    assert has_templates(b"go [back]")
+
+
+PIECES = st.sampled_from([*"()[]{}<>|;:=# \n", "a", "b", "go", "1..3", "..", "by", "import x.txt"])
+
+
+@given(st.lists(PIECES, max_size=25).map("".join))
+@example("[[[[" * 30)
+@example("(a|b)(c|d)e[f]")
+def test_any_text_gives_sentences_or_one_line_of_error(text: str) -> None:
+    try:
+        commands = commands_of(text)
+    except CommandsError as error:
+        message = str(error)
+        commands = None
+    if commands is None:
+        assert message.isprintable()
+        return
+    for sentence in commands.sample(5):
+        assert re.fullmatch(r"[a-z']+( [a-z']+)*", sentence)
+        parse = commands.parse(sentence)
+        assert parse
+        assert parse.text == sentence

@@ -1,1 +1,0 @@
-"""The acoustic model of a language, and the distances between its phones."""

@@ -1,1 +1,0 @@
-"""Compiles templates to commands."""

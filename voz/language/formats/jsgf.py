@@ -1,0 +1,154 @@
+"""Grammars in JSGF, https://www.w3.org/TR/jsgf/; pure.
+
+A rule whose alternatives have tags is a slot of its name, and the tags are its values. Of a file
+with one public rule each alternative is a command, which is called as the rule that it consists of
+or by its own words; of several public rules each is one. Weights are left out: every sentence is
+as likely as any other.
+"""
+
+from __future__ import annotations
+
+import re
+
+from voz.language.formats.parser import Parser, Token
+from voz.language.sentences.expression import (
+    NO_WORDS,
+    Choice,
+    Expression,
+    Reference,
+    Slot,
+    Tag,
+    concatenation,
+    parse_value,
+    references,
+)
+from voz.language.sentences.templates import Template, TemplateSource
+from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
+
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
+_VISIBLE = re.compile(r"\S")
+_IMPORT = re.compile(r"\s*import\b")
+_JSGF_RULE = re.compile(
+    r"\s*(public\s+)?<([\w.$-]+)>\s*=((?:[^;{\"]|\{(?:\\.|[^{}\\])*\}|\"[^\"]*\")*);"
+)
+_WEIGHT = re.compile(r"/\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*/")
+
+
+class JsgfParser(Parser):
+    """Parses the right side of a rule."""
+
+    TOKEN = re.compile(
+        r"(?P<tag>\{(?:\\.|[^{}\\])*\})|(?P<rule><[^<>]*>)|(?P<weight>/[^/\n]*/)"
+        r"|(?P<quoted>\"[^\"]*\")|(?P<repeat>[*+])|(?P<mark>[()\[\]{}<>|])"
+        r"|(?P<word>[^\s()\[\]{}<>|/\"*+;]+)"
+    )
+
+    def __init__(self, passage: Passage, grammar: str) -> None:
+        """Split a passage; the name of the grammar may prefix those of its rules."""
+        super().__init__(passage)
+        self._prefix = f"{grammar}."
+
+    def item(self, items: list[Expression]) -> None:
+        """Parse one more item; a tag applies to the one before it, at the end to all before it."""
+        token = self.next
+        if token.kind == "weight":
+            self._weight(self.take())
+        elif token.kind == "repeat":
+            self.fail(
+                f'"{token.text}" repeats without end; write out how often, as in a | a a', token.at
+            )
+        elif token.kind == "tag":
+            if not items:
+                self.fail("no words before this tag", token.at)
+            self.take()
+            value = parse_value(re.sub(r"\\(.)", r"\1", token.text[1:-1]).strip())
+            ends = self.next.kind == "end" or self.ends()
+            before = concatenation(items[:]) if ends else items.pop()
+            items[:] = [Tag(before, value)] if ends else [*items, Tag(before, value)]
+        else:
+            items.append(self.atom())
+
+    def _weight(self, token: Token) -> None:
+        match = _WEIGHT.fullmatch(token.text)
+        try:
+            weight = float(match[1]) if match else -1.0
+        except ValueError:
+            weight = -1.0
+        if not 0 <= weight <= 1:
+            self.fail(
+                f"{token.text} is not a weight from 0 to 1; divide all by their sum", token.at
+            )
+
+    def other(self, token: Token) -> Expression:
+        """Parse a rule's name, or words in quotes."""
+        if token.kind == "rule":
+            name = token.text[1:-1].strip().removeprefix(self._prefix)
+            if name == "NULL":
+                return NO_WORDS
+            if name == "VOID":
+                self.fail("<VOID> never matches; remove this alternative", token.at)
+            return Reference("rule", name, self.passage.place(token.at))
+        if token.kind == "quoted":
+            words = [
+                self.word(Token("word", match.group(), token.at + 1 + match.start(), True))
+                for match in re.finditer(r"\S+", token.text[1:-1])
+            ]
+            return concatenation(words)
+        return super().other(token)
+
+
+def parse_jsgf(data: bytes, name: str) -> TemplateSource:
+    """Parse a grammar, UTF-8; `name` is for messages. Raises CommandsError."""
+    text = "\n".join(line for _, line in numbered_lines(data, name))
+    text = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
+    whole = Passage(name, 1, 0, text)
+    header = _HEADER.match(text)
+    at, grammar = (header.end(), header[1] or "") if header else (0, "")
+    source, public = TemplateSource(name), list[tuple[str, Expression, Location]]()
+    while found := _VISIBLE.search(text, at):
+        at = found.start()
+        if _IMPORT.match(text, at):
+            raise error_at(whole.place(at), "imports are not supported; copy the rules here")
+        match = _JSGF_RULE.match(text, at)
+        if not match:
+            raise error_at(whole.place(at), "expected a rule, as in: <color> = red | green;")
+        place = whole.place(at)
+        body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
+        rule = match[2].removeprefix(f"{grammar}.")
+        if match[1]:
+            public.append((rule, body, place))
+        source.define("rule", rule, _slot(rule, body, place), place)
+        at = match.end()
+    if not public:
+        raise error_at(Location(name, 1), 'no rule is public; write "public" before one')
+    _add_public(source, public)
+    return source
+
+
+def _part(whole: Passage, start: int, end: int) -> Passage:
+    place = whole.place(start)
+    return Passage(whole.file, place.line, place.column - 1, whole.text[start:end], place.text)
+
+
+def _slot(name: str, body: Expression, place: Location) -> Expression:
+    alternatives = body.items if isinstance(body, Choice) else (body,)
+    tagged = any(isinstance(one, Tag) for one in alternatives)
+    return Slot(name, body, place) if tagged else body
+
+
+def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Location]]) -> None:
+    """Turn public rules into commands; they stay rules if others name them."""
+    bodies = [definition.expression for definition in source.definitions.values()]
+    named = {found.name for body in bodies for found in references(body)}
+    for name, body, place in public:
+        if name not in named:
+            del source.definitions["rule", name]
+        if len(public) > 1:
+            source.templates.append(Template(name, _slot(name, body, place), place))
+            continue
+        for one in body.items if isinstance(body, Choice) else (body,):
+            command = one.name if isinstance(one, Reference) else None
+            if isinstance(one, Tag):
+                command, one = str(one.value), one.item
+            source.templates.append(Template(command, one, place))

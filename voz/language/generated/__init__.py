@@ -1,1 +1,0 @@
-"""The files that are generated from a list: contents, names and checks."""

@@ -1,1 +1,0 @@
-"""Pronunciations of words: dictionaries, compounds, rules and guesses."""

@@ -1,1 +1,0 @@
-"""Which commands sound alike."""

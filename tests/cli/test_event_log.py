@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from voz.cli.event_log import event_log
+from voz.cli.text_io import event_log
 from voz.events import Twist
 
 

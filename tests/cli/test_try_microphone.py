@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from voz.audio.recording_level import RecordingLevel
-from voz.cli.try_microphone import report
+from voz.cli.audio_commands import report
 
 
 @pytest.mark.parametrize(

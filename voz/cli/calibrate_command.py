@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import math
+import tempfile
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from voz.cli.options import CommonOptions, DeviceOption, with_options
-from voz.cli.text_io import show
+from voz.cli.text_io import show, warn
+from voz.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from voz.language.language_files import LanguageFiles
+    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.calibration import Calibration, Said, Score
+    from voz.recognition.speaker.profiles import Profile
+    from voz.settings import Recognition
 
 
 @with_options
@@ -44,9 +56,144 @@ def calibrate(
     elif delete:
         profiles.delete_profile(name)
     else:
-        from voz.cli.make_profile import make_profile
         from voz.process.standard_streams import quiet_libraries
 
         settings = options.settings()
         with quiet_libraries():
             make_profile(name, wav, device, options.language(settings), settings.recognition)
+
+
+def make_profile(
+    name: str,
+    wav: Path | None,
+    device: str | None,
+    language: LanguageFiles,
+    settings: Recognition,
+) -> None:
+    """Record a speaker, or read recordings; find the profile, keep it, and show what it gains.
+
+    Args:
+        name: of the profile.
+        wav: a folder with recordings and their manifest; None records.
+        device: the microphone, by its number or a part of its name; None is the default one.
+        language: the language files.
+        settings: how the speaker is recognized.
+    """
+    from rich.console import Console
+
+    from voz.apps.recordings.enrollment import read_recordings
+    from voz.apps.recordings.manifest import MANIFEST_NAME
+    from voz.language.language_files import read_sentences
+    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import profile_folder
+
+    commands = read_sentences(language)
+    own = profile_folder(name) / "recordings"
+    recognizer = Recognizer(language, settings)
+    if wav is None:
+        _record(name, own, device, commands, recognizer, Console())
+    said = read_recordings((wav or own) / MANIFEST_NAME, commands)
+    if wav:
+        _warn_of_misheard(said, recognizer)
+    found = _calibrate(said, language, settings, name)
+    show(
+        *report(found, len(said)),
+        f"written: {profile_folder(name)}",
+        f"use it:  voz run --profile {name}",
+    )
+
+
+def report(found: Calibration, sentences: int) -> list[str]:
+    """Write what was found as a table, and what is kept."""
+    lines = [
+        f"{sentences} sentences, each heard by what the others gave:",
+        f"{'':20}{'right':>8}{'obeyed':>8}{'wrongly obeyed':>17}",
+    ]
+    for title, score in (("before", found.before), ("with the profile", found.after)):
+        lines.append(f"{title:20}{_score_columns(score)}")
+    kept = _profile_parts(found.profile)
+    lines.append(f"kept: {', '.join(kept)}" if kept else "kept: nothing, for nothing is better")
+    return lines
+
+
+def _score_columns(score: Score) -> str:
+    right, obeyed, wrong = (n / score.sentences for n in (score.right, score.obeyed, score.wrong))
+    return f"{right:8.2f}{obeyed:8.2f}{wrong:17.2f}"
+
+
+def _profile_parts(profile: Profile) -> list[str]:
+    kept = []
+    if profile.start.frames:
+        kept.append("the start of the cepstral mean")
+    if profile.mllr:
+        kept.append("a transform of the acoustic model")
+    if profile.log_odds:
+        kept.append(f"{math.exp(profile.log_odds):.0f} times the odds")
+    return kept
+
+
+def _record(
+    name: str,
+    folder: Path,
+    device: str | None,
+    commands: list[str],
+    recognizer: Recognizer,
+    console: Console,
+) -> None:
+    from voz.apps.recordings.enrollment import (
+        choose_prompts,
+        missing_prompts,
+        read_saved_recordings,
+        record_prompts,
+    )
+    from voz.audio.capture.microphone import open_microphone
+    from voz.recognition.speaker.calibration import MIN_SENTENCES
+
+    asked = choose_prompts(commands, name)
+    if len(set(asked)) < MIN_SENTENCES:
+        raise ConfigError(
+            f"the language has {len(set(asked))} commands; to calibrate, add some to its list "
+            f"until there are {MIN_SENTENCES}"
+        )
+    left = missing_prompts(asked, read_saved_recordings(folder, commands))
+    if not left:
+        return
+    if len(left) < len(asked):
+        console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
+    try:
+        with open_microphone(device) as blocks:
+            record_prompts(left, blocks, recognizer, folder=folder, name=name, console=console)
+    except SystemExit:  # Ctrl-C
+        console.print("stopped; what is recorded is kept, and the same call goes on")
+        raise
+
+
+def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
+    """Warn of recordings that are not understood as their list says."""
+    from voz.apps.recordings.enrollment import check_recording
+
+    for sentence in said:
+        right, heard = check_recording(sentence.text, sentence.samples, recognizer)
+        if not right:
+            warn(f"{sentence.file}: should be {sentence.text}; heard: {heard}")
+
+
+def _calibrate(
+    said: list[Said], language: LanguageFiles, settings: Recognition, name: str
+) -> Calibration:
+    """Find the profile and keep it, with a progress bar."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from voz.recognition.speaker.calibration import CALIBRATION_STEPS, calibrate
+    from voz.recognition.speaker.profiles import save_profile
+
+    console = Console(stderr=True)
+    with (
+        tempfile.TemporaryDirectory(prefix="voz-") as folder,
+        Progress(console=console, transient=True, disable=not console.is_terminal) as bar,
+    ):
+        task = bar.add_task("Trying what helps", total=CALIBRATION_STEPS)
+        found = calibrate(said, language, settings, Path(folder), lambda: bar.advance(task))
+        save_profile(name, found.profile)
+    return found

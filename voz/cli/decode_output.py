@@ -1,27 +1,106 @@
-"""`voz decode --out`: keeps the results, and reports what they are."""
+"""What `voz decode` shows and keeps: a table, lines of JSON, files, and how far it is."""
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from voz.apps.batch.summary import Totals, results_for_clips
-from voz.cli.decode_display import with_progress
-from voz.cli.text_io import info
+from voz.cli.text_io import info, show, show_raw
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
-    from voz.apps.batch.outcomes import Outcome
+    from voz.apps.batch.outcomes import Outcome, Row, UtteranceRow
     from voz.apps.batch.scheduler import Finished
-    from voz.cli.decode_options import DecodeOptions
+    from voz.cli.decode_command import DecodeOptions
     from voz.config import Config
+
+
+def writer(options: DecodeOptions) -> Callable[[Row], None]:
+    """Return what shows each row, after the head of a table."""
+    if options.as_json:
+        return _show_json
+    show(f"   start      end  sure  accepted  {'text':32}  file")
+    return partial(_show_row, detailed=options.verbose)
+
+
+def _show_json(row: Row) -> None:
+    from voz.apps.batch.outcomes import row_fields
+
+    show_raw(msgspec.json.encode(row_fields(row)).decode())
+
+
+def _show_row(row: Row, detailed: bool) -> None:
+    from voz.apps.batch.outcomes import ErrorRow, SilentRow
+
+    if isinstance(row, ErrorRow):
+        show(f"{'':>26} error {row.error}")
+    elif isinstance(row, SilentRow):
+        show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
+    else:
+        _show_heard(row, detailed)
+
+
+def _show_heard(row: UtteranceRow, detailed: bool) -> None:
+    from voz.events import evidence_in_words, explain
+
+    accepted = "yes" if row.accepted else "no"
+    explained = row.reason and explain(row.reason, row.between)
+    why = f"({explained})" if explained else ""
+    text = " ".join(part for part in (row.text, why) if part)
+    show(
+        f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
+        f"{text:32}  {row.file}"
+    )
+    for alternative in row.best:
+        show(f"{'':19}{alternative.confidence:.2f}  {'':8}  {alternative.text}")
+    if row.words:
+        words = ", ".join(f"{each.word} {each.start:.2f}-{each.end:.2f}" for each in row.words)
+        show(f"{'':35}{words}")
+    if detailed and (detail := evidence_in_words(row.score, row.next_best)):
+        show(f"{'':35}{detail}")
+
+
+def with_progress(finished: Iterator[Finished], total: int) -> Iterator[Finished]:
+    """Show how far, how fast and how long a run goes on, where somebody sees standard error."""
+    if not sys.stderr.isatty():
+        yield from finished
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("Decoding"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=total, rate="")
+        seconds = 0.0
+        for done, one in enumerate(finished, start=1):
+            seconds += one.outcome.seconds
+            took = bar.tasks[0].elapsed or 1.0
+            bar.update(task, advance=1, rate=f"{done / took:.1f}/s, {seconds / took:.0f}x")
+            yield one
 
 
 @dataclass

@@ -1,24 +1,118 @@
-"""`voz eval`: scores recordings whose texts are known."""
+"""`voz eval` scores recordings whose texts are known; `voz fit-confidence` learns from them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.eval_options import RECOGNIZING, EvalOptions, ManifestsArgument
-from voz.cli.eval_output import show_evaluation
-from voz.cli.options import with_options
-from voz.cli.text_io import info, with_bar
+from voz.cli.options import LmOption, OverwriteOption, RecognizerOptions, with_options
+from voz.cli.text_io import info, show, with_bar, write_text
+from voz.config import Config
+from voz.files import (
+    atomic_write,
+    check_new,
+    check_not_read,
+    check_writable,
+    os_errors_as_config_error,
+    shown_path,
+)
+from voz.printable import printable
 from voz.process.exit_codes import SOME_UNREADABLE
+from voz.settings import Recognition
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice
     from voz.apps.evaluation.operating_points import OperatingPoint
+    from voz.apps.evaluation.plots import Plot
     from voz.apps.evaluation.recognize import Task
+    from voz.apps.evaluation.report import Evaluation
     from voz.apps.evaluation.results import Result
+
+MAX_EVAL_JOBS = 256
+"""Processes; each takes 100 MB."""
+
+JobsOption = Annotated[
+    int | None,
+    typer.Option(metavar="N", min=1, max=MAX_EVAL_JOBS, help="Processes; else one for each core."),
+]
+
+ManifestsArgument = Annotated[
+    list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
+]
+RECOGNIZING = "Recognizing"
+"""What the bar says while it goes on."""
+
+
+@dataclass
+class EvalOptions(RecognizerOptions):
+    """The options of `voz eval`."""
+
+    html: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Write a page with figures, pictures, failures."),
+    ] = None
+    as_json: Annotated[
+        str | None,
+        typer.Option("--json", metavar="FILE|-", help="Write all figures and each clip's result."),
+    ] = None
+    compare: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Compare with what --json has written before."),
+    ] = None
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="voz, first-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
+            '"command:PROGRAM ARGUMENTS".',
+        ),
+    ] = "voz"
+    snr: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DB,DB...", help="Also hear commands and near-misses in noise, as 20,10,5."
+        ),
+    ] = None
+    noise: Annotated[
+        Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
+    ] = None
+    reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False
+    jobs: JobsOption = None
+    overwrite: OverwriteOption = False
+
+    def check(self, settings: Config, heard: Sequence[Path]) -> None:
+        """Refuse results that would replace what is read, or cannot be written."""
+        # The old results may be replaced by new ones, but not by a page.
+        self.check_written(settings, [self.as_json, self.html], heard)
+        self.check_written(settings, [self.html], [self.compare])
+        for name in (self.as_json, self.html):
+            if name and name != "-":
+                check_writable(Path(name))
+                check_new(Path(name), self.overwrite)
+
+    def describe(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
+        """Describe the options for the results."""
+        return {
+            "manifests": ", ".join(map(shown_path, manifests)),
+            "engine": printable(self.engine),
+            "search": settings.search,
+            "threshold": _number(settings.threshold),
+            "false alarms per hour": _number(settings.false_alarms_per_hour) or "the usual",
+            "snr": printable(self.snr or ""),
+            "noise": shown_path(self.noise) if self.noise else "",
+            "reverb": "yes" if self.reverb else "no",
+            "compare": shown_path(self.compare) if self.compare else "",
+        }
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"
 
 
 @with_options
@@ -95,3 +189,100 @@ def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[O
 
     model = confidence_model(Recognizer(choice.language, choice.settings))
     return operating_points(results, model, choice.settings, read_commands(choice.language))
+
+
+def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: EvalOptions) -> None:
+    """Show the main figures, and write all of them to `--html` and `--json`."""
+    from voz.apps.evaluation import report
+    from voz.events import to_json
+
+    if "-" not in (options.html, options.as_json):
+        show(*report.to_text(evaluation).split("\n"))
+    names = []
+    if options.html:
+        names += _write_page(evaluation, tasks, options.html)
+    if options.as_json:
+        write_text(options.as_json, f"{to_json(evaluation)}\n")
+        names += [options.as_json]
+    if written := [name for name in names if name != "-"]:
+        info(f"written: {', '.join(written)}")
+
+
+def pictures_folder(page: Path) -> Path:
+    """Return the folder for the pictures of a page, beside it."""
+    return page.with_name(f"{page.stem}-pictures")
+
+
+def _write_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
+    """Write the page and its pictures; return what was written."""
+    from voz.apps.evaluation.failure_sounds import sounds_of_failures
+    from voz.apps.evaluation.failures import failures
+    from voz.apps.evaluation.page import to_html
+    from voz.apps.evaluation.plots import pictures
+
+    drawn = pictures(evaluation.curves, evaluation.scores.commands)
+    sounds = sounds_of_failures(failures(evaluation.results), tasks)
+    write_text(name, to_html(evaluation, {t: p.svg for t, p in drawn.items()}, sounds))
+    if not drawn or not Path(name).is_file():  # a pipe, or a device
+        return [name]
+    folder = pictures_folder(Path(name))
+    _write_pictures(folder, drawn)
+    return [name, f"{shown_path(folder)}/"]
+
+
+def _write_pictures(folder: Path, drawn: Mapping[str, Plot]) -> None:
+    with os_errors_as_config_error(folder):
+        folder.mkdir(exist_ok=True)
+        for title, picture in drawn.items():
+            stem = re.sub(r"[^a-z]+", "-", title.lower()).strip("-")
+            with atomic_write(folder / f"{stem}.svg") as file:
+                file.write(picture.svg)
+            with atomic_write(folder / f"{stem}.png", "wb") as file:
+                file.write(picture.png)
+
+
+def fit_confidence(
+    manifests: ManifestsArgument,
+    out: Annotated[Path, typer.Option(metavar="FILE.json", help="Where to write the models.")],
+    jobs: JobsOption = None,
+    lm: LmOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make the models of the confidence anew from recordings whose texts are known.
+
+    One is for pocketsphinx alone, one for it with the network. Prints what would be accepted by
+    both, judged by models that never heard the speaker. There must be half an hour of talk among
+    the recordings: it says how often talk sounds like a command. `confidence = "FILE.json"` in the
+    table [recognition] of a voz.toml makes voz judge by them.
+
+    Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
+    """
+    from voz.apps.evaluation import fit_confidence as fitting
+    from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
+    from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.recordings.manifest import read_manifests
+    from voz.recognition.confidence_model import save_models
+    from voz.recognition.thresholds import threshold_for
+
+    clips = read_manifests(manifests, streams=True)
+    check_writable(out)
+    check_not_read([out], [*manifests, *(clip.path for clip in clips)])
+    check_new(out, overwrite)
+    check_talk(clips)
+    recordings = len(tasks_for(clips, [], [], room=False))
+    found = list(with_bar(collect_examples(clips, lm, jobs), RECOGNIZING, recordings))
+    examples = [example for of_recording in found for example in of_recording.examples]
+    alone = [example for of_recording in found for example in of_recording.alone]
+    fitted_on = [describe_set(clips, name) for name in sorted({c.set for c in clips})]
+    hours = sum(of_recording.talk for of_recording in found) / 3600
+    commands = [clip for of_recording in found for clip in of_recording.commands]
+    models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)
+    threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
+    show(
+        f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
+    )
+    counts = fitting.acceptance(examples, likely, threshold)
+    for name, (share, number) in counts.items():
+        show(f"{share:8.3f} {number:5}  {name}")
+    save_models(models, out)
+    show(f"written: {out}")

@@ -1,4 +1,4 @@
-"""The options that several subcommands take, each declared once."""
+"""What several subcommands share: options, each declared once, and how the help lists them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
+from typer.core import TyperGroup
 
 from voz.cli.text_io import info, warn
 from voz.config import Config, load_config, overridden
@@ -190,3 +191,23 @@ def _own_fields_first(kind: type) -> list[Field[Any]]:
     """List the fields of a class, those that it adds before those that it inherits."""
     classes = [inspect.get_annotations(one) for one in kind.__mro__]
     return sorted(fields(kind), key=lambda field: [field.name in c for c in classes].index(True))
+
+
+MAX_SUMMARY_LENGTH = 1000
+"""Characters of the first sentence of a subcommand's help; typer would cut it at the line's end."""
+
+
+class CommandGroup(TyperGroup):
+    """Subcommands, each listed with its whole summary, on several lines if need be."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of the subcommands."""
+        commands = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [
+                    (name, command.get_short_help_str(MAX_SUMMARY_LENGTH))
+                    for name, command in commands
+                    if command and not command.hidden
+                ]
+            )

@@ -264,7 +264,7 @@ def _receivers(
     more: Sequence[Receiver] = (),
 ) -> Iterator[OpenRobots]:
     """Open the robots, and `more` that gets the events; with a clock, each has a queue."""
-    from voz.cli.event_log import event_log
+    from voz.cli.text_io import event_log
     from voz.run.queued import QueuedReceiver
 
     def open_file(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:

@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.help import CommandGroup
-from voz.cli.options import with_options
+from voz.cli.options import CommandGroup, with_options
 from voz.cli.run_options import RunOptions
 from voz.cli.text_io import show, show_raw
 from voz.process.exit_codes import NOT_WELL

@@ -12,24 +12,18 @@ from typing import Annotated, Any
 import typer
 
 from voz import __version__
+from voz.cli.audio_commands import devices, say, sound
 from voz.cli.build_lm_command import build_lm
 from voz.cli.calibrate_command import calibrate
-from voz.cli.commands_command import commands
-from voz.cli.decode_command import decode
-from voz.cli.devices_command import devices
+from voz.cli.decode_command import decode, merge
 from voz.cli.doctor_command import doctor
-from voz.cli.eval_command import evaluate
-from voz.cli.fit_confidence_command import fit_confidence
-from voz.cli.help import CommandGroup
-from voz.cli.language_command import languages
-from voz.cli.merge_command import merge
+from voz.cli.eval_command import evaluate, fit_confidence
+from voz.cli.language_commands import commands, languages, parse
 from voz.cli.new_command import new
-from voz.cli.parse_command import parse
+from voz.cli.options import CommandGroup
 from voz.cli.run_command import run
-from voz.cli.say_command import say
 from voz.cli.serve_command import serve
 from voz.cli.service_command import service
-from voz.cli.sound_command import sound
 from voz.cli.text_io import info, show, writing_results
 from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError

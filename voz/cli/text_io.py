@@ -1,4 +1,4 @@
-"""Text that subcommands read and write."""
+"""What subcommands read and write: text, events, progress."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO, TypeVar
 
 from voz.errors import ConfigError
+from voz.events import Event, Receiver, to_json
 from voz.files import atomic_write, os_errors_as_config_error
 from voz.printable import printable
 
@@ -100,3 +101,26 @@ def with_bar(items: Iterable[Item], doing: str, total: int | None = None) -> Ite
     from rich.progress import track
 
     return track(items, doing, total, console=Console(stderr=True), transient=True)
+
+
+@contextmanager
+def event_log(name: str) -> Iterator[Receiver]:
+    """Open a file for events in a `with` block; `-` is standard output.
+
+    Yields what writes an event at once: a signal ends the run between two of them.
+
+    Raises:
+        ConfigError: it cannot be opened or written.
+        BrokenPipeError: nobody reads standard output any more.
+    """
+
+    def receive(event: Event) -> None:
+        with os_errors_as_config_error(name):
+            stream.write(f"{to_json(event)}\n".encode())
+
+    with os_errors_as_config_error(name):
+        # Unbuffered: nothing is left to be written at the end, where it could fail or block.
+        file = sys.stdout.fileno() if name == "-" else name
+        stream = open(file, "wb", buffering=0, closefd=name != "-")  # noqa: SIM115
+    with stream:
+        yield receive

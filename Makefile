@@ -3,7 +3,7 @@
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
 .PHONY: benchmark clean
 
-QUICK = tests/simulation tests/language tests/apps/evaluation tests/robot/drawing tests/audio
+QUICK = tests/robot/simulation tests/language tests/apps/evaluation tests/audio
 QUICK += $(filter-out tests/test_first_hour.py tests/test_examples.py,$(wildcard tests/test_*.py))
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control

@@ -32,11 +32,10 @@ from voz.language.language_files import find_language
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer, open_stream
 from voz.recognition.stream import Stream
-from voz.robot.simulator import SimulatedRobot
+from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.controller import Controller
 from voz.run.sources import text_utterance
-from voz.settings import Recognition, Safety
-from voz.simulation.simulator_settings import Simulator
+from voz.settings import Recognition, Safety, Simulator
 
 BLOCK = 480
 """Samples that the microphone hands over at a time, 30 ms."""

@@ -25,10 +25,10 @@ from voz.settings import (
     Ros2,
     Safety,
     Section,
+    Simulator,
     Speech,
     SpokenLanguage,
 )
-from voz.simulation.simulator_settings import Simulator
 from voz.toml_lines import lines_of_commands
 
 if sys.version_info >= (3, 11):

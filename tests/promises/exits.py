@@ -15,9 +15,8 @@ from promises.run import Outcome
 import voz
 from voz.events import Event, Publish, Receiver, Reply, Run, Twist, Utterance
 from voz.robot.serial_port import open_serial_port
-from voz.robot.simulator import SimulatedRobot
-from voz.settings import Ros2
-from voz.simulation.simulator_settings import Simulator
+from voz.robot.simulation.simulator import SimulatedRobot
+from voz.settings import Ros2, Simulator
 
 Acts = Callable[[Outcome], Sequence[Any]]
 """Returns what came out, in order: velocities that move, or what else was done."""

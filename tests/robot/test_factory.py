@@ -26,7 +26,7 @@ from voz.robot.factory import (
     robot_names,
 )
 from voz.robot.kinds import ROBOTS, RobotSetup
-from voz.robot.simulator import SimulatedRobot
+from voz.robot.simulation.simulator import SimulatedRobot
 
 
 def setup() -> RobotSetup:

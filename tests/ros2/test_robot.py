@@ -24,13 +24,12 @@ from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject,
 from voz.extras import how_to_install
 from voz.robot.other_senders import ONE_SENDER
 from voz.robot.robot_process import RobotSpec
+from voz.robot.simulation.world import Pose2D, WorldState
 from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.ros2.velocity import Ros2Watchdog, VelocityTopic
 from voz.settings import Ros2
-from voz.simulation.kinematics import Pose2D
-from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.usefixtures("domain")
 

@@ -19,10 +19,9 @@ from recordings import ROOT
 from voz.config import Config
 from voz.control.steps import Step
 from voz.events import Event, Notice, Publish, SelectedObject, Twist, Utterance
+from voz.robot.simulation.world import Pose2D, WorldState
 from voz.ros2 import Ros2Robot, listen_to_recognizer
 from voz.settings import Ros2
-from voz.simulation.kinematics import Pose2D
-from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.slow
 

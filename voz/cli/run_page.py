@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from voz.apps.web.page_address import PageAddress
     from voz.inbox import Inbox
     from voz.language.sentences.command_set import Commands
-    from voz.robot.drawing.room_view import RoomView
+    from voz.robot.simulation.room_view import RoomView
     from voz.run.clocks import Clock
     from voz.run.live import Page
 

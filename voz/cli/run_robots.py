@@ -15,8 +15,8 @@ from voz.events import Event, Notice, Receiver
 if TYPE_CHECKING:
     from voz.config import Config
     from voz.robot.base import Robot
-    from voz.robot.drawing.room_view import RoomView
-    from voz.robot.simulator import SimulatedRobot
+    from voz.robot.simulation.room_view import RoomView
+    from voz.robot.simulation.simulator import SimulatedRobot
     from voz.run.session import OpenRobots
     from voz.terminal.live_terminal import LiveTerminal
 
@@ -58,7 +58,7 @@ class RobotPlan:
 
     def check(self) -> None:
         """Refuse, before the run, what cannot be drawn after it."""
-        from voz.robot.drawing import check_animation, check_picture
+        from voz.robot.simulation.pictures import check_animation, check_picture
 
         for path, check in ((self.picture, check_picture), (self.animation, check_animation)):
             if path and SIMULATOR not in self.names:
@@ -138,13 +138,13 @@ def _drawn_room(
     robots: Mapping[str, Robot], plan: RobotPlan, settings: Config
 ) -> Iterator[RoomView | None]:
     """Draw the simulated room, if there is one, during the run or after it."""
-    from voz.robot.simulator import SimulatedRobot
+    from voz.robot.simulation.simulator import SimulatedRobot
 
     simulated = robots.get(SIMULATOR)
     if not isinstance(simulated, SimulatedRobot):
         yield None
         return
-    from voz.robot.drawing.room_view import RoomView
+    from voz.robot.simulation.room_view import RoomView
 
     view = RoomView(simulated, settings.simulator)
     try:
@@ -161,10 +161,10 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
     simulated.come_to_rest()
     trip = simulated.trip()
     if plan.terminal and not plan.clocked:
-        from voz.robot.drawing.room_view import TripView
+        from voz.robot.simulation.room_view import TripView
 
         plan.terminal.console.print(TripView(trip))
-    from voz.robot.drawing import save_animation, save_picture
+    from voz.robot.simulation.pictures import save_animation, save_picture
 
     for path, save in ((plan.picture, save_picture), (plan.animation, save_animation)):
         if path:  # it takes seconds

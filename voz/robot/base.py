@@ -11,7 +11,7 @@ from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 
 if TYPE_CHECKING:
-    from voz.simulation.world import WorldState
+    from voz.robot.simulation.world import WorldState
 
 RECEIVING = ("move", "command", "receive")
 """The methods of which a robot has at least one of its own."""

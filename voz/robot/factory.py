@@ -12,9 +12,8 @@ from voz.control.bounded_motion import Place
 from voz.errors import ConfigError, RobotError
 from voz.robot.base import Robot, check_receives
 from voz.robot.kinds import ROBOTS, RobotSetup
-from voz.robot.mailbox import Mailbox
+from voz.robot.mailbox import Mailbox, SlowRobot
 from voz.robot.robot_process import RobotProcess, RobotSpec
-from voz.robot.slow import SlowRobot
 from voz.robot.user_code import import_target, user_errors_as_mistake
 
 

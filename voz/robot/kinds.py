@@ -66,7 +66,7 @@ def _console(setup: RobotSetup) -> Robot:
 
 
 def _simulator(setup: RobotSetup) -> Robot:
-    from voz.robot.simulator import SimulatedRobot
+    from voz.robot.simulation.simulator import SimulatedRobot
 
     return SimulatedRobot(setup.settings.simulator, setup.warn)
 

@@ -6,8 +6,8 @@ import time
 from typing import Any
 
 from voz.control.bounded_motion import Place, place_from_odometry
+from voz.robot.simulation.world import WorldState
 from voz.ros1.node import subscribe
-from voz.simulation.world import WorldState
 
 ODOM_FRAME, BASE_FRAME = "odom", "base_link"
 """The frames; the first has its origin in a corner of the room."""

@@ -8,7 +8,7 @@ from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
-from voz.robot.simulator import SimulatedRobot
+from voz.robot.simulation.simulator import SimulatedRobot
 from voz.ros1.node import Ros1Node, load_rospy, subscribe
 from voz.ros1.node_program import run_node
 from voz.ros1.odometry import Ros1OdometryPublisher

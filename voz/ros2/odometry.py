@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 
 from voz.control.bounded_motion import Place, place_from_odometry
+from voz.robot.simulation.world import WorldState
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node, take, write
-from voz.simulation.world import WorldState
 
 ODOM = "odom"
 """The topic, and the frame that has its origin in a corner of the room."""

@@ -35,7 +35,7 @@ from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
 
 if TYPE_CHECKING:
-    from voz.robot.drawing.room_view import RoomView
+    from voz.robot.simulation.room_view import RoomView
 
 PAGE = "the operator's page"
 

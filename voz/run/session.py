@@ -42,7 +42,7 @@ from voz.settings import Speech
 from voz.speech.reply_speaker import ReplySpeaker
 
 if TYPE_CHECKING:
-    from voz.robot.drawing.room_view import RoomView
+    from voz.robot.simulation.room_view import RoomView
 
 Odometry: TypeAlias = Callable[[float], Place | None]
 """Returns where the robot is at a time of the run, s, without waiting; None if unknown."""

@@ -26,8 +26,8 @@ from voz.audio.capture.sound_files import read_blocks
 from voz.errors import ConfigError
 from voz.events import Event, Notice, SelectedObject, Twist, Utterance, to_json
 from voz.files import append_line
-from voz.robot.simulator import SimulatedRobot
-from voz.simulation.simulator_settings import Simulator
+from voz.robot.simulation.simulator import SimulatedRobot
+from voz.settings import Simulator
 
 LINES = [
     *"-" * 80,

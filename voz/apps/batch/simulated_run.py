@@ -23,8 +23,8 @@ from voz.events import Event, Utterance, to_json
 from voz.files import atomic_write, os_errors_as_config_error
 from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
-from voz.robot.drawing import check_picture, save_picture
-from voz.robot.simulator import SimulatedRobot
+from voz.robot.simulation.pictures import check_picture, save_picture
+from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
 from voz.run.session import answer_receiver, new_session
 from voz.run.sources import recorded_items

@@ -9,10 +9,8 @@ import msgspec
 
 from voz.apps.web.event_history import Record
 from voz.events import Event, SelectedObject, Twist
-from voz.simulation.arm import arm_points
-from voz.simulation.kinematics import Pose2D, move_along_arc
-from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import WorldState
+from voz.robot.simulation.world import Pose2D, WorldState, arm_points, move_along_arc
+from voz.settings import Simulator
 
 MAX_STEP = 0.5
 """A base stops by itself when no velocity came for so long, s."""

@@ -23,9 +23,9 @@ from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
 from voz.audio import SAMPLE_RATE
 from voz.errors import ConfigError
 from voz.events import Event, Twist, Utterance
-from voz.robot.simulator import SimulatedRobot
-from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import start
+from voz.robot.simulation.simulator import SimulatedRobot
+from voz.robot.simulation.world import start
+from voz.settings import Simulator
 
 State: TypeAlias = list[Any]
 """Time (s), x and y (m), heading (rad), speed (m/s), turning (rad/s), selected object or None.

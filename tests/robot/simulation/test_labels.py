@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from voz.robot.drawing.trip_marks import (
+from voz.robot.simulation.labels import (
     MAX_NUMBERED_MARKS,
     distance,
     pointings,
@@ -12,7 +12,7 @@ from voz.robot.drawing.trip_marks import (
     seconds_between,
     time_marks,
 )
-from voz.robot.simulator import Trip, TripMark
+from voz.robot.simulation.simulator import Trip, TripMark
 
 
 def test_the_length_of_the_way_is_what_was_driven(driven: Any) -> None:

@@ -11,11 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.ticker import MultipleLocator
 
-from voz.robot.simulator import TripMark
-from voz.simulation.arm import arm_points
-from voz.simulation.kinematics import Pose2D
-from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import WorldState, place_of
+from voz.robot.simulation.simulator import TripMark
+from voz.robot.simulation.world import Pose2D, WorldState, arm_points, place_of
+from voz.settings import Simulator
 
 WAY, BODY, ARM, SAID, HIT = "#1f4e79", "#cfe0f3", "#c4560a", "#1d7044", "#b3001b"
 WALL, FAINT = "#3c3c3c", "#888888"

@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from voz.control.bounded_motion import Place
 from voz.events import Event, Notice, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
-from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import WorldState, gap, start, step
+from voz.robot.simulation.world import WorldState, gap, start, step
+from voz.settings import Simulator
 
 TIME_STEP = 0.01
 """The time step, s; constant, so that a run can be repeated exactly."""

@@ -1,21 +1,121 @@
-"""The robot in its room: a pure function from a state, the velocity asked for and a time step.
-
-It reads no clock: time is what the events say, so the same events give the same way.
-"""
+"""The robot in its room: a pure function from a state, the velocity asked for and a time step."""
 
 from __future__ import annotations
 
-from math import isfinite
-from typing import NamedTuple
+from math import atan2, copysign, cos, expm1, hypot, isfinite, pi, sin
+from typing import NamedTuple, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
 
 from voz.events import Twist
-from voz.simulation.arm import FOLDED, Joints, Point, joints_pointing_at, turn_joints
-from voz.simulation.kinematics import Pose2D, move_along_arc, respond
-from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
-from voz.simulation.simulator_settings import Simulator
+from voz.settings import Simulator, Tabletop, gap_to_walls
+
+SETTLED_DIFFERENCE = 0.001
+"""A velocity this near (m/s, rad/s) to the one asked for takes it: an exponential never arrives."""
+
+
+class Pose2D(NamedTuple):
+    """Where the robot's center is (m) and where it looks (rad, to the left of the x axis)."""
+
+    x: float
+    y: float
+    heading: float
+
+    def quaternion(self) -> tuple[float, float]:
+        """The heading as the z and w of a quaternion; x and y are 0."""
+        return sin(self.heading / 2), cos(self.heading / 2)
+
+
+def respond(
+    velocity: float, wanted: float, time_constant: float, acceleration: float, dt: float
+) -> float:
+    """Return a velocity (m/s or rad/s) that follows `wanted` for `dt` s.
+
+    It is a first-order lag with a time constant (s) and a maximum acceleration.
+    """
+    difference, most = wanted - velocity, acceleration * dt
+    if abs(difference) <= min(SETTLED_DIFFERENCE, most):
+        return wanted
+    change = -expm1(-dt / time_constant) * difference
+    return velocity + max(-most, min(change, most))
+
+
+def move_along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
+    """Move a pose along an arc of a length (m, below 0 backward) that turns left by `turn`, rad."""
+    # By the chord of the arc, which is exact for tiny turns, too.
+    half = turn / 2
+    chord = distance * (sin(half) / half if half else 1.0)
+    direction = pose.heading + half
+    return Pose2D(
+        pose.x + chord * cos(direction),
+        pose.y + chord * sin(direction),
+        wrap_angle(pose.heading + turn) if turn else pose.heading,
+    )
+
+
+def wrap_angle(angle: float) -> float:
+    """Return the same angle between -pi and pi, rad."""
+    return (angle + pi) % (2 * pi) - pi
+
+
+SHOULDER_HEIGHT = 0.35
+"""Of the shoulder above the floor, m."""
+
+LINK_LENGTH = 0.22
+"""Length of the upper arm and of the forearm, m: short enough to be folded above a small base."""
+
+Point: TypeAlias = tuple[float, float, float]
+"""x, y and height, m."""
+
+
+class Joints(NamedTuple):
+    """The three angles, rad."""
+
+    pan: float
+    tilt: float
+    elbow: float
+
+
+FOLDED = Joints(0.0, 2.3, -2.8)
+"""The upper arm up and back, the forearm down to the front: all of it above the base."""
+
+
+def joints_pointing_at(pose: Pose2D, target: Point) -> Joints:
+    """Return the joints of an arm that is stretched toward a point of the room."""
+    dx, dy, dz = target[0] - pose.x, target[1] - pose.y, target[2] - SHOULDER_HEIGHT
+    return Joints(wrap_angle(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
+
+
+def turn_joints(joints: Joints, wanted: Joints, most: float) -> Joints:
+    """Turn each joint toward its wanted angle by at most `most` rad; the pan the short way."""
+
+    def turn(angle: float, wanted: float, by: float) -> float:
+        return wanted if abs(by) <= most else angle + copysign(most, by)
+
+    return Joints(
+        wrap_angle(turn(joints.pan, wanted.pan, wrap_angle(wanted.pan - joints.pan))),
+        turn(joints.tilt, wanted.tilt, wanted.tilt - joints.tilt),
+        turn(joints.elbow, wanted.elbow, wanted.elbow - joints.elbow),
+    )
+
+
+def arm_points(pose: Pose2D, joints: Joints) -> tuple[Point, Point, Point]:
+    """Return where shoulder, elbow and hand are in the room."""
+    direction = pose.heading + joints.pan
+
+    def link(start: Point, elevation: float) -> Point:
+        flat = LINK_LENGTH * cos(elevation)
+        return (
+            start[0] + flat * cos(direction),
+            start[1] + flat * sin(direction),
+            start[2] + LINK_LENGTH * sin(elevation),
+        )
+
+    shoulder = (pose.x, pose.y, SHOULDER_HEIGHT)
+    elbow = link(shoulder, joints.tilt)
+    return shoulder, elbow, link(elbow, joints.tilt + joints.elbow)
+
 
 OBJECT_IDS = {"beer": 1, "cocacola": 2}
 """Their numbers on `selected_object`."""
@@ -86,7 +186,7 @@ def place_of(selected: int, settings: Simulator) -> Point | None:
 def gap(pose: Pose2D, settings: Simulator) -> Gap:
     """Return the distance from the base to a wall or the table, whichever is nearer."""
     to_walls = gap_to_walls(pose.x, pose.y, settings.radius, settings.room)
-    to_table = gap_to_table(pose.x, pose.y, settings.radius, Tabletop(*settings.table))
+    to_table = Tabletop(*settings.table).gap(pose.x, pose.y, settings.radius)
     return min(Gap(to_walls, "a wall"), Gap(to_table, "the table"))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from voz.errors import ConfigError
 from voz.extras import require
 from voz.files import check_writable, os_errors_as_config_error
-from voz.robot.simulator import Trip
+from voz.robot.simulation.simulator import Trip
 
 PICTURES = (".png", ".svg")
 ANIMATIONS = (".gif", ".mp4")
@@ -34,19 +34,19 @@ def check_animation(path: Path) -> None:
 def save_picture(trip: Trip, path: Path) -> None:
     """Draw the room, the robot's way and what was said where; raises ConfigError."""
     check_picture(path)
-    from voz.robot.drawing.scene import save
+    from voz.robot.simulation.scene import write_picture
 
     with os_errors_as_config_error(path):
-        save(trip, path)
+        write_picture(trip, path)
 
 
 def save_animation(trip: Trip, path: Path) -> None:
     """Draw the same as it happened, at real speed; raises ConfigError."""
     check_animation(path)
-    from voz.robot.drawing.animation import save
+    from voz.robot.simulation.scene import write_animation
 
     with os_errors_as_config_error(path):
-        save(trip, path)
+        write_animation(trip, path)
 
 
 def _check(path: Path, endings: tuple[str, str], what: str) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import pytest
 from driving import type_lines
 
-from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.simulator_settings import Simulator
+from voz.robot.simulation.simulator import SimulatedRobot, Trip
+from voz.settings import Simulator
 
 Driver = Callable[..., Trip]
 

@@ -10,10 +10,9 @@ from recordings import Recording
 
 from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance
 from voz.recognition.recognizer import Recognizer
-from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.arm import joints_pointing_at
-from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import WorldState
+from voz.robot.simulation.simulator import SimulatedRobot, Trip
+from voz.robot.simulation.world import WorldState, joints_pointing_at
+from voz.settings import Simulator
 
 typed = st.lists(st.sampled_from([*COMMANDS, *["-"] * 30, "xyz"]), max_size=150)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from voz.robot.drawing.label_placement import (
+from voz.robot.simulation.label_placement import (
     NEAR_DISTANCES,
     LabelRequest,
     Points,

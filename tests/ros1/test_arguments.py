@@ -7,8 +7,8 @@ import os
 import pytest
 
 from voz.errors import ConfigError
-from voz.ros1.arguments import apply_special_arguments
 from voz.ros1.master import master_uri
+from voz.ros1.node import apply_special_arguments
 
 NAMES = ("ROS_NAMESPACE", "ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 

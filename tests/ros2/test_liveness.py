@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.ros2.liveness import ACKNOWLEDGE_TIMEOUT, SubscriberLiveness
+from voz.ros2.subscribers import ACKNOWLEDGE_TIMEOUT, SubscriberLiveness
 
 CYCLE = 0.1
 LONG = round(ACKNOWLEDGE_TIMEOUT / CYCLE) + 2

@@ -22,13 +22,13 @@ from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.extras import how_to_install
-from voz.robot.other_senders import ONE_SENDER
 from voz.robot.robot_process import RobotSpec
+from voz.robot.ros_topics import ONE_SENDER
 from voz.robot.simulation.world import Pose2D, WorldState
 from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
+from voz.ros2.base_topics import Ros2Watchdog, VelocityTopic
 from voz.ros2.node import Ros2Node
-from voz.ros2.velocity import Ros2Watchdog, VelocityTopic
 from voz.settings import Ros2
 
 pytestmark = pytest.mark.usefixtures("domain")

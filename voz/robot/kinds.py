@@ -90,7 +90,7 @@ def _ros2(setup: RobotSetup) -> Robot:
 
 
 def _ros2_watchdog(spec: RobotSpec) -> Robot:
-    from voz.ros2.velocity import Ros2Watchdog
+    from voz.ros2.base_topics import Ros2Watchdog
 
     return Ros2Watchdog(spec)
 

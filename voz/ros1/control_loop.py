@@ -1,24 +1,38 @@
-"""The run of the nodes that control a robot."""
+"""The run of the nodes that control a robot, and the replies that these give."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import ExitStack, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
 
+from msgspec.structs import replace
+
+from voz.audio.playback.mixer import Mixer
 from voz.config import Config
-from voz.events import Event, Notice, Partial, Receiver, Twist
+from voz.control.table import CommandTable
+from voz.events import Event, Notice, Partial, Play, Receiver, Reply, Twist
 from voz.inbox import End, Inbox
 from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.factory import open_mailboxes
 from voz.robot.robot_process import RobotProcess, RobotSpec
-from voz.ros1.arguments import watchdog_arguments
-from voz.ros1.node import Ros1Node, load_rospy
-from voz.ros1.parameters import switch
+from voz.ros1.node import Ros1Node, load_rospy, watchdog_arguments
+from voz.ros1.parameters import choice, switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.queued import QueuedReceiver
-from voz.run.session import OpenRobots, SpeechInput, new_session, open_programs
+from voz.run.session import (
+    OpenRobots,
+    SpeechInput,
+    interruption_receivers,
+    new_session,
+    open_programs,
+    open_speaker,
+    speech_receivers,
+)
+from voz.settings import Speech
 
 
 def run_node_session(
@@ -73,3 +87,46 @@ def _log(event: Event) -> None:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))
+
+
+@dataclass(frozen=True)
+class Replies:
+    """Receivers that play replies and sounds, and the loudspeaker of this process if it does."""
+
+    receivers: list[Receiver]
+    loudspeaker: Mixer | None = None
+
+
+@contextmanager
+def replies(
+    settings: Speech, table: CommandTable, warn: Callable[[str], None]
+) -> Iterator[Replies]:
+    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`; render the known ones first."""
+    sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
+    if sound == "ros":
+        yield Replies([_replies_on_robotsound(settings.voice)])
+        return
+    with open_speaker(replace(settings, enabled=sound == "voz"), table.replies, warn) as speaker:
+        receivers = [*interruption_receivers(speaker, table.halts), *speech_receivers(speaker)]
+        yield Replies(receivers, speaker.mixer if speaker else None)
+
+
+def _replies_on_robotsound(voice: str) -> Receiver:
+    from rospy import Publisher
+
+    from voz.ros1.messages import ONCE, PLAY_FILE, SAY, TOPIC, sound_request
+    from voz.speech.builtin_sounds import BuiltinSound
+
+    kind = sound_request()
+    publisher = Publisher(TOPIC, kind, queue_size=10)
+    builtin = {sound.title: int(sound) for sound in BuiltinSound}
+
+    def receive(event: Event) -> None:
+        if isinstance(event, Reply):
+            publisher.publish(kind(SAY, ONCE, 1.0, event.text, f"voice_{voice}"))
+        elif isinstance(event, Play) and event.sound in builtin:
+            publisher.publish(kind(builtin[event.sound], ONCE, 1.0, "", ""))
+        elif isinstance(event, Play):
+            publisher.publish(kind(PLAY_FILE, ONCE, 1.0, str(Path(event.sound).resolve()), ""))
+
+    return receive

@@ -11,12 +11,10 @@ from voz.hearing.sound_watch import SilenceCheck
 from voz.inbox import Inbox
 from voz.language.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.ros1.control_loop import run_node_session
-from voz.ros1.node import Ros1Node, subscribe
-from voz.ros1.node_program import run_node
-from voz.ros1.node_replies import replies
+from voz.ros1.control_loop import replies, run_node_session
+from voz.ros1.messages import RecognizerStatus, parse_status
+from voz.ros1.node import Ros1Node, run_node, subscribe
 from voz.ros1.parameters import read_settings
-from voz.ros1.recognizer_status import RecognizerStatus, parse_status
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
 from voz.run.session import warner

@@ -1,16 +1,92 @@
-"""This process as a ROS 1 node: its start, its watch over the master, its end."""
+"""This process as a ROS 1 node: its arguments, its start, its watch over the master, its end."""
 
 from __future__ import annotations
 
+import os
+import re
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
-from voz.errors import RobotError
-from voz.ros1.arguments import apply_special_arguments
-from voz.ros1.master import ask, check_namespace, master_uri
+from voz.errors import ConfigError, RobotError, VozError
+from voz.printable import printable
+from voz.process import signals
+from voz.process.exit_codes import WRONG_CALL
+from voz.process.setup import set_up
+from voz.process.standard_streams import quiet_libraries, unblocked_output
+from voz.ros1.master import WATCHDOG, ask, check_namespace, is_address, master_uri
+
+VARIABLES: Mapping[str, str] = {
+    "__ns": "ROS_NAMESPACE",
+    "__master": "ROS_MASTER_URI",
+    "__ip": "ROS_IP",
+    "__hostname": "ROS_HOSTNAME",
+}
+"""What these arguments mean, as variables."""
+
+ADDRESSES = ("__ip", "__hostname")
+"""Two names of one thing to rospy: the first that is given counts, and empty it chooses one."""
+
+
+def apply_special_arguments(arguments: Sequence[str]) -> None:
+    """Put what the arguments say into the environment, before rospy is imported.
+
+    rospy looks for some of them in `sys.argv`, which a watchdog's process has not. So they become
+    environment variables: rospy, voz, and every process that this one starts, read those.
+
+    Raises:
+        ConfigError: an argument cannot be, and rospy would fail by it or wait forever.
+    """
+    given: dict[str, str] = {}
+    for argument in arguments:
+        name, _, value = argument.partition(":=")
+        if ":=" in value:
+            raise ConfigError(f"{argument}: `:=` stands there twice; write NAME:=VALUE")
+        if name.strip() == "__name":
+            _check_name(value.strip())
+        elif name in VARIABLES:
+            given.setdefault(name, value)  # the first one counts
+    if "__ns" in given:
+        check_namespace(given["__ns"], "__ns:=")
+    if "__master" in given and not is_address(given["__master"]):
+        said = given["__master"]
+        raise ConfigError(
+            f"__master:= is {said!r}: set it to an address like http://localhost:11311"
+        )
+    address = next((name for name in given if name in ADDRESSES), None)
+    if address:
+        for name in ADDRESSES:
+            os.environ.pop(VARIABLES[name], None)
+    for name, value in given.items():
+        if name not in ADDRESSES or (name == address and value):
+            os.environ[VARIABLES[name]] = value
+
+
+def watchdog_arguments(node: str) -> tuple[str, ...]:
+    """Return the arguments of the watchdog of this process's node: no two nodes have one name.
+
+    Its private parameters are left out: what they set is in the watchdog's settings.
+
+    Args:
+        node: its full name.
+    """
+    from rospy.names import get_resolved_mappings
+
+    namespace, _, name = node.rpartition("/")
+    mappings = dict(get_resolved_mappings())
+    if log := mappings.get("__log"):  # two processes cannot write one file
+        mappings["__log"] = str(Path(log).with_stem(f"{Path(log).stem}{WATCHDOG}"))
+    mappings |= {"__ns": namespace, "__name": f"{name}{WATCHDOG}"}
+    return tuple(f"{name}:={value}" for name, value in mappings.items())
+
+
+def _check_name(name: str) -> None:
+    if name and not re.fullmatch(r"/?[A-Za-z]\w*(/\w+)*", name, re.ASCII):
+        raise ConfigError(f"__name:= is {name!r}: set it to a name like control_voz")
+
 
 MASTER_CHECK_INTERVAL = 0.1
 """Time between two calls of the master, s; without it the robot stops in less than 0.5 s."""
@@ -178,3 +254,28 @@ def _register_again() -> None:
     ):
         for name, what in entries:
             listeners.notify_added(name, what, kind)
+
+
+def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
+    """Run `work` as a node until a signal or `rosnode kill` ends it: both are a good end."""
+    signals.install(shell_exit_code=False)
+    set_up()
+    code = 1
+    try:
+        with quiet_libraries(), unblocked_output(), Ros1Node(name, sys.argv[1:]) as node:
+            work(node)
+        code = 0
+    except VozError as error:
+        print(printable(f"{name}: {error}"), file=sys.stderr)
+        code = WRONG_CALL
+    except BaseException:
+        # A signal raises while the node starts; cut short by it, an import may raise anything.
+        by_signal = signals.exit_code()
+        if by_signal is None:
+            raise
+        code = by_signal
+    finally:
+        signals.restore_default_handlers()
+        if signals.is_audio_thread_left():
+            signals.force_exit(code)
+    sys.exit(code)

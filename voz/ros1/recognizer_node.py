@@ -13,11 +13,10 @@ from voz.hearing.microphone_thread import Hearing
 from voz.inbox import End, Halt, Inbox, Rehearsal, Renewal
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import log_receiver
-from voz.ros1.node import Ros1Node
-from voz.ros1.node_microphone import make_hearing
-from voz.ros1.node_program import run_node
+from voz.ros1.messages import RecognizerStatus
+from voz.ros1.microphone import make_hearing
+from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
-from voz.ros1.recognizer_status import RecognizerStatus
 from voz.run.clocks import WallClock
 from voz.run.session import raise_if_any
 

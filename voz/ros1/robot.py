@@ -1,27 +1,99 @@
-"""A robot on ROS 1: publishes velocity, selected object, commands and odometry."""
+"""A robot on ROS 1: publishes velocity, selected object, commands; odometry both ways."""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
 from typing import Any
 
-from voz.config import default_commands
-from voz.control.bounded_motion import Place
-from voz.control.safety import ends_goals, zero_at_the_end
+from voz.control.bounded_motion import Place, place_from_odometry
+from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Attention, Event, Notice, Publish, SelectedObject, Twist, Utterance
+from voz.events import Event, Notice, Twist, Utterance
 from voz.robot.base import Robot
-from voz.robot.other_senders import OtherSenders
 from voz.robot.robot_process import RobotSpec
+from voz.robot.ros_topics import OtherSenders, TopicRobot
+from voz.robot.simulation.world import WorldState
 from voz.ros1.master import WATCHDOG, other_senders
-from voz.ros1.node import Ros1Node
-from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
+from voz.ros1.node import Ros1Node, subscribe
 from voz.settings import Ros1
 
+ODOM_FRAME, BASE_FRAME = "odom", "base_link"
+"""The frames; the first has its origin in a corner of the room."""
 
-class Ros1Robot(Robot):
+
+class Ros1OdometryPublisher:
+    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
+
+    def __init__(self) -> None:
+        from nav_msgs.msg import Odometry
+        from rospy import Publisher
+        from tf2_msgs.msg import TFMessage
+
+        self._odom = Publisher("odom", Odometry, queue_size=10)
+        self._tf = Publisher("/tf", TFMessage, queue_size=10)
+
+    def publish(self, state: WorldState) -> None:
+        """Publish the state of now."""
+        from rospy import Time
+        from tf2_msgs.msg import TFMessage
+
+        now = Time.now()
+        self._odom.publish(_odometry(state, now))
+        self._tf.publish(TFMessage([_transform(state, now)]))
+
+
+def _odometry(state: WorldState, now: Any) -> Any:
+    from nav_msgs.msg import Odometry
+
+    message = Odometry()
+    message.header.stamp, message.header.frame_id = now, ODOM_FRAME
+    message.child_frame_id = BASE_FRAME
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y = state.pose.x, state.pose.y
+    orientation.z, orientation.w = state.pose.quaternion()
+    message.twist.twist.linear.x = state.linear
+    message.twist.twist.angular.z = state.angular
+    return message
+
+
+def _transform(state: WorldState, now: Any) -> Any:
+    from geometry_msgs.msg import TransformStamped
+
+    message = TransformStamped()
+    message.header.stamp, message.header.frame_id = now, ODOM_FRAME
+    message.child_frame_id = BASE_FRAME
+    place, rotation = message.transform.translation, message.transform.rotation
+    place.x, place.y = state.pose.x, state.pose.y
+    rotation.z, rotation.w = state.pose.quaternion()
+    return message
+
+
+class Ros1OdometryListener:
+    """Receives the odometry of a base."""
+
+    def __init__(self, topic: str) -> None:
+        """Subscribe to the topic of its `nav_msgs/Odometry`."""
+        from nav_msgs.msg import Odometry
+
+        self._newest: tuple[float, Any] | None = None
+        subscribe(topic, Odometry, self._note, queue_size=1)
+
+    def newest(self) -> tuple[float, Any] | None:
+        """The last message and its time by the monotonic clock, s."""
+        return self._newest
+
+    def place(self) -> Place | None:
+        """Where the base is; None without recent odometry."""
+        return place_from_odometry(self._newest, time.monotonic())
+
+    def _note(self, message: Any) -> None:
+        self._newest = time.monotonic(), message
+
+
+class Ros1Robot(TopicRobot):
     """Publishes the events on topics.
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
@@ -50,9 +122,9 @@ class Ros1Robot(Robot):
             warn: called when other senders of velocities come and go, from within `open` and
                 `receive`.
         """
+        super().__init__(table)
         self._warn = warn
         self._other_names: Set[str] = frozenset()
-        self._table = table or default_commands()
         self._others: dict[str, Any] = {}
         self._settings = settings
         self._own = node is None
@@ -82,7 +154,7 @@ class Ros1Robot(Robot):
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
-        for topic, kind in self._table.topics.items():
+        for topic, kind in self.table.topics.items():
             self._others[topic] = Publisher(topic, _message(kind), queue_size=10)
         self._goals = [Publisher(f"{name}/cancel", GoalID, queue_size=1) for name in names.cancel]
         if self.where:
@@ -95,27 +167,43 @@ class Ros1Robot(Robot):
             self._look_for_senders()
         self._senders.update(0.0, self._other_names)
 
-    def receive(self, event: Event) -> None:
-        """Publish an event without waiting; while ROS is lost, zero velocity."""
-        if isinstance(event, Twist):
-            with self._lock:
-                if self._ended:
-                    return
-                lost = self.lost()
-                self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
-            if self._odometry and self.where:
-                self._odometry.publish(self.where(event.t))
-            self._senders.update(event.t, self._other_names)
-        elif isinstance(event, SelectedObject):
-            self._selected.publish(event.value)
-        elif isinstance(event, Attention):
-            self._publish_awake(event.awake)
-        elif isinstance(event, Publish):
-            self._others[event.topic].publish(event.value)
-        elif ends_goals(event, self._table.halts):
-            self._cancel_goals()
-        if isinstance(event, Utterance) and event.obeyed and self._heard:
-            self._heard.publish(event.text)
+    def publish_velocity(self, event: Twist) -> None:
+        """Publish a velocity without waiting; zero while ROS is lost."""
+        with self._lock:
+            if self._ended:
+                return
+            lost = self.lost()
+            self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
+        if self._odometry and self.where:
+            self._odometry.publish(self.where(event.t))
+        self._senders.update(event.t, self._other_names)
+
+    def publish_selected_object(self, number: int) -> None:
+        """Publish the number of an object."""
+        self._selected.publish(number)
+
+    def publish_awake(self, awake: bool) -> None:
+        """Publish whether a robot with a name is awake."""
+        from rospy import Publisher
+        from std_msgs.msg import Bool
+
+        if self._awake is None:
+            self._awake = Publisher(self._settings.awake, Bool, queue_size=10, latch=True)
+        self._awake.publish(awake)
+
+    def publish_value(self, topic: str, value: bool | int | float | str) -> None:
+        """Publish a value on a command's own topic."""
+        self._others[topic].publish(value)
+
+    def publish_command(self, utterance: Utterance) -> None:
+        """Publish a command that is obeyed."""
+        if self._heard:
+            self._heard.publish(utterance.text)
+
+    def cancel_goals(self) -> None:
+        """Cancel the goals of other programs."""
+        for goals in self._goals:
+            goals.publish()  # no goal's name means all
 
     def place(self, t: float) -> Place | None:
         """Where the base says that it is."""
@@ -137,25 +225,12 @@ class Ros1Robot(Robot):
         with self._lock:
             self._ended = True
             with zero_at_the_end(lambda: self._publish_velocity(0.0, 0.0)):
-                self._cancel_goals()
+                self.cancel_goals()
 
     def _look_for_senders(self) -> None:
         """Ask the master, which may take long, who else sends velocities; raises OSError."""
         assert self._node
         self._other_names = other_senders(self._velocity.resolved_name, self._node.name)
-
-    def _cancel_goals(self) -> None:
-        for goals in self._goals:
-            goals.publish()  # no goal's name means all
-
-    def _publish_awake(self, awake: bool) -> None:
-        """Publish whether a robot with a name is awake; others have no such topic."""
-        from rospy import Publisher
-        from std_msgs.msg import Bool
-
-        if self._awake is None:
-            self._awake = Publisher(self._settings.awake, Bool, queue_size=10, latch=True)
-        self._awake.publish(awake)
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
         self._velocity.publish(velocity(linear, angular))

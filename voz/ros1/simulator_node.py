@@ -9,10 +9,9 @@ from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
 from voz.robot.simulation.simulator import SimulatedRobot
-from voz.ros1.node import Ros1Node, load_rospy, subscribe
-from voz.ros1.node_program import run_node
-from voz.ros1.odometry import Ros1OdometryPublisher
+from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
 from voz.ros1.parameters import read_settings
+from voz.ros1.robot import Ros1OdometryPublisher
 
 ODOMETRY_PERIOD = 0.05
 """How often `odom` and `tf` go out, s."""

@@ -6,9 +6,7 @@ import threading
 from typing import Any, NoReturn
 
 from voz.errors import VozError
-from voz.ros1.node import Ros1Node, load_rospy, subscribe
-from voz.ros1.node_program import run_node
-from voz.ros1.sound_request import (
+from voz.ros1.messages import (
     ALL,
     ONCE,
     PLAY_FILE,
@@ -18,6 +16,7 @@ from voz.ros1.sound_request import (
     TOPIC,
     sound_request,
 )
+from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
 from voz.speech.sound_client import SoundClient
 
 END_CHECK_INTERVAL = 0.2

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NoReturn
 
 from voz.inbox import Inbox
-from voz.ros1.control_loop import run_node_session
-from voz.ros1.node import Ros1Node
-from voz.ros1.node_microphone import make_hearing
-from voz.ros1.node_program import run_node
-from voz.ros1.node_replies import replies
+from voz.ros1.control_loop import replies, run_node_session
+from voz.ros1.microphone import make_hearing
+from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list

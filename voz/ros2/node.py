@@ -17,8 +17,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from voz.errors import RobotError
-from voz.ros2.cyclone_check import check_cyclone
-from voz.ros2.discovery import cyclone_settings, domain_number
+from voz.ros2.discovery import check_cyclone, cyclone_settings, domain_number
 from voz.ros2.message_types import TYPE_HASHES
 from voz.settings import Ros2
 

@@ -1,36 +1,139 @@
-"""A robot on ROS 2: publishes velocity, selected object, commands and odometry."""
+"""A robot on ROS 2: publishes velocity, selected object, commands, odometry and its status."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
+from uuid import UUID
 
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 
-from voz.config import default_commands
 from voz.control.bounded_motion import Place
-from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
-from voz.events import Attention, Event, Notice, Publish, SelectedObject, Twist, Utterance
-from voz.robot.base import Robot
-from voz.robot.other_senders import OtherSenders
+from voz.events import Event, Notice, Twist, Utterance
+from voz.robot.console import motion_in_words
+from voz.robot.ros_topics import OtherSenders, TopicRobot
 from voz.ros2 import message_types as msg
-from voz.ros2.diagnosis import Diagnosis
-from voz.ros2.goals import GoalCanceller
-from voz.ros2.liveness import SubscriberLiveness
+from voz.ros2.base_topics import Ros2OdometryListener, Ros2OdometryPublisher, VelocityTopic
+from voz.ros2.message_types import CancelAllGoals, CycloneCancelAllGoals, DiagnosticStatus, KeyValue
 from voz.ros2.node import FINAL_ACK_TIMEOUT, Ros2Node, all_acknowledged, write
-from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
 from voz.ros2.other_recognizer import ROS2_SOURCE
-from voz.ros2.subscribers import MAX_NEW_ENDPOINTS, MatchedReaders, OtherWriters
-from voz.ros2.velocity import VelocityTopic
+from voz.ros2.subscribers import (
+    MAX_NEW_ENDPOINTS,
+    Endpoints,
+    MatchedReaders,
+    OtherWriters,
+    SubscriberLiveness,
+)
 from voz.settings import Ros2
+
+OK, WARN = 0, 1
+
+WARNING_SHOWN_TIME = 10.0
+"""How long a warning is shown, s; a slow monitor sees it too."""
+
+
+class Diagnosis:
+    """Makes the status on `/diagnostics` from events."""
+
+    def __init__(self) -> None:
+        self._velocity = (0.0, 0.0)
+        self._heard = ""
+        self._confidence = 0.0
+        self._obeyed = 0
+        self._refused = 0
+        self._warning: Notice | None = None
+
+    def receive(self, event: Event) -> None:
+        """Take an event."""
+        if isinstance(event, Twist):
+            self._velocity = (event.linear, event.angular)
+        elif isinstance(event, Notice):
+            self._warning = self._warning if event.good else event
+        elif isinstance(event, Utterance):
+            self._heard, self._confidence = event.text, event.confidence
+            self._obeyed += event.obeyed is True
+            self._refused += not event.obeyed
+
+    def status(self, now: float, listeners: Sequence[str], trouble: str | None) -> DiagnosticStatus:
+        """Return the status at a time of the run, s."""
+        warning = self._warning
+        if trouble is None and warning and now - warning.t < WARNING_SHOWN_TIME:
+            trouble = warning.text
+        linear, angular = self._velocity
+        values = {
+            "linear": f"{linear:g}",
+            "angular": f"{angular:g}",
+            "last heard": self._heard,
+            "confidence": f"{self._confidence:.2f}",
+            "obeyed": str(self._obeyed),
+            "refused": str(self._refused),
+            "listeners": ", ".join(listeners),
+        }
+        return DiagnosticStatus(
+            level=WARN if trouble else OK,
+            name="voz: voice control",
+            message=trouble or f"robot {motion_in_words(linear, angular)}",
+            hardware_id="voz",
+            values=[KeyValue(key, value) for key, value in values.items()],
+        )
+
+
+CYCLONE_VENDOR = bytes([1, 16])
+"""The vendor number with which Cyclone's endpoint numbers begin."""
+
+
+class GoalCanceller:
+    """Cancels all goals of some actions, such as Nav2's, whose servers may come and go."""
+
+    def __init__(self, node: Ros2Node, actions: Sequence[str]) -> None:
+        """Prepare to cancel the goals of actions, in this order."""
+        self._node = node
+        self._arriving = Endpoints(node)
+        self._services = [f"{action}/_action/cancel_goal" for action in actions]
+        self._requests: dict[str, DataWriter[Any]] = {}
+
+    def look(self) -> None:
+        """Make a writer of requests for each new server; of several, for the last.
+
+        Fast DDS would wait forever for a request in Cyclone's longer format.
+        """
+        new = self._arriving.new(MAX_NEW_ENDPOINTS).values()
+        arrived = {one.topic_name: one.key for one in new}
+        for service in self._services:
+            server = arrived.get(self._node.request_topic(service))
+            if server is None:
+                continue
+            kind, before = _layout(server), self._requests.get(service)
+            if before is None or before.topic.data_type is not kind:
+                self._requests.pop(service, None)
+                self._requests[service] = self._node.requests(service, kind)
+
+    def cancel(self) -> None:
+        """Request the end of all goals without waiting; raises RobotError as `write`."""
+        for service in self._services:
+            if service in self._requests:
+                requests = self._requests[service]
+                write(requests, requests.topic.data_type())
+
+    def wait(self) -> None:
+        """Wait a short time until the requests have arrived."""
+        until = time.monotonic() + FINAL_ACK_TIMEOUT
+        for requests in self._requests.values():
+            all_acknowledged(requests, max(0.0, until - time.monotonic()))
+
+
+def _layout(key: UUID) -> type[CancelAllGoals | CycloneCancelAllGoals]:
+    return CycloneCancelAllGoals if key.bytes.startswith(CYCLONE_VENDOR) else CancelAllGoals
+
 
 DIAGNOSTICS_INTERVAL = 1.0
 """Time between two messages on `/diagnostics`, s."""
 
 
-class Ros2Robot(Robot):
+class Ros2Robot(TopicRobot):
     """Publishes events and the place of a simulated robot; lost without a subscriber."""
 
     def __init__(
@@ -47,7 +150,7 @@ class Ros2Robot(Robot):
                 `open` and `receive`.
             table: the commands' own topics, and which commands stop the robot.
         """
-        self._table = table or default_commands()
+        super().__init__(table)
         self._settings = settings
         self._warn = warn
         self._liveness = SubscriberLiveness()
@@ -73,7 +176,7 @@ class Ros2Robot(Robot):
         self._selected_object = node.writer(settings.selected_object, msg.Int16)
         self._others = {
             topic: node.writer(topic, msg.MESSAGE_TYPES[kind])
-            for topic, kind in self._table.topics.items()
+            for topic, kind in self.table.topics.items()
         }
         self._output = node.writer(settings.output, msg.String)
         self._diagnostics = node.writer(settings.diagnostics, msg.DiagnosticArray)
@@ -92,32 +195,49 @@ class Ros2Robot(Robot):
     def receive(self, event: Event) -> None:
         """Publish the event, if ROS 2 has a topic for it."""
         self._diagnosis.receive(event)
-        if isinstance(event, Twist):
-            try:
-                handles = self._listeners.handles()
-                answered = all_acknowledged(self._velocities.writer, 0.0)
-                self._liveness.update(time.monotonic(), handles, answered)
-            finally:  # whatever is wrong with the listeners: it may be a zero
-                self._velocities.publish(event)
-            self._goals.look()
-            self._senders.update(event.t, self._writers.names(MAX_NEW_ENDPOINTS))
-            if self._odometry and self.where:
-                self._odometry.publish(self.where(event.t))
-            if event.t - self._diagnosed >= DIAGNOSTICS_INTERVAL:
-                self._look_around(event.t)
-                self._diagnose(event.t)
-            elif handles != self._names.keys():
-                self._look_around(event.t)
-        elif isinstance(event, SelectedObject):
-            write(self._selected_object, msg.Int16(event.value))
-        elif isinstance(event, Attention):
-            self._write_awake(event.awake)
-        elif isinstance(event, Publish):
-            write(self._others[event.topic], msg.MESSAGE_TYPES[type(event.value)](event.value))
-        elif ends_goals(event, self._table.halts):
-            self._goals.cancel()
-        if isinstance(event, Utterance) and event.obeyed and event.source != ROS2_SOURCE:
-            write(self._output, msg.String(event.text.lower()))
+        super().receive(event)
+
+    def publish_velocity(self, event: Twist) -> None:
+        """Publish a velocity; look who listens and who else sends."""
+        try:
+            handles = self._listeners.handles()
+            answered = all_acknowledged(self._velocities.writer, 0.0)
+            self._liveness.update(time.monotonic(), handles, answered)
+        finally:  # whatever is wrong with the listeners: it may be a zero
+            self._velocities.publish(event)
+        self._goals.look()
+        self._senders.update(event.t, self._writers.names(MAX_NEW_ENDPOINTS))
+        if self._odometry and self.where:
+            self._odometry.publish(self.where(event.t))
+        if event.t - self._diagnosed >= DIAGNOSTICS_INTERVAL:
+            self._look_around(event.t)
+            self._diagnose(event.t)
+        elif handles != self._names.keys():
+            self._look_around(event.t)
+
+    def publish_selected_object(self, number: int) -> None:
+        """Publish the number of an object."""
+        write(self._selected_object, msg.Int16(number))
+
+    def publish_awake(self, awake: bool) -> None:
+        """Publish whether a robot with a name is awake."""
+        if self._awake is None:
+            late = Policy.Durability.TransientLocal  # who subscribes later gets it too
+            self._awake = self._node.writer(self._settings.awake, msg.Bool, late)
+        write(self._awake, msg.Bool(awake))
+
+    def publish_value(self, topic: str, value: bool | int | float | str) -> None:
+        """Publish a value on a command's own topic."""
+        write(self._others[topic], msg.MESSAGE_TYPES[type(value)](value))
+
+    def publish_command(self, utterance: Utterance) -> None:
+        """Publish a command that is obeyed, unless another recognizer has published it."""
+        if utterance.source != ROS2_SOURCE:
+            write(self._output, msg.String(utterance.text.lower()))
+
+    def cancel_goals(self) -> None:
+        """Cancel the goals of other programs."""
+        self._goals.cancel()
 
     def place(self, t: float) -> Place | None:
         """Where the base says that it is."""
@@ -143,13 +263,6 @@ class Ros2Robot(Robot):
         del self._others
         self._odometry = self._base = self._awake = None
         del self._listeners, self._writers, self._node
-
-    def _write_awake(self, awake: bool) -> None:
-        """Publish whether a robot with a name is awake; others have no such topic."""
-        if self._awake is None:
-            late = Policy.Durability.TransientLocal  # who subscribes later gets it too
-            self._awake = self._node.writer(self._settings.awake, msg.Bool, late)
-        write(self._awake, msg.Bool(awake))
 
     def _look_around(self, now: float) -> None:
         """Report subscribers that came and went; without any, find out why."""

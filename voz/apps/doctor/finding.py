@@ -8,7 +8,7 @@ from typing import Final
 from msgspec import Struct
 
 from voz.errors import VozError
-from voz.robot.other_senders import ONE_SENDER
+from voz.robot.ros_topics import ONE_SENDER
 
 JSON_NAMES: Final = {
     "part": "what", "ok": "well", "status": "told", "remedy": "to_do", "required": "needed",

@@ -18,8 +18,7 @@ from voz.apps.doctor.finding import Finding, failed, senders_finding
 from voz.errors import ConfigError, RobotError
 from voz.ros1.master import check_namespace, master_uri, other_senders, system_state
 from voz.ros1.node import Ros1Node
-from voz.ros1.odometry import Ros1OdometryListener
-from voz.ros1.robot import velocity, velocity_topic
+from voz.ros1.robot import Ros1OdometryListener, velocity, velocity_topic
 from voz.settings import Ros1
 
 DOCTOR_NODE = "/voz_doctor"

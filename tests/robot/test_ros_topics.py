@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from voz.events import Notice
-from voz.robot.other_senders import ONE_SENDER, OtherSenders
+from voz.robot.ros_topics import ONE_SENDER, OtherSenders
 
 
 def test_each_is_told_of_once_when_it_comes_and_once_when_it_goes() -> None:

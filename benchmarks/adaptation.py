@@ -26,7 +26,7 @@ import numpy as np
 
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer, learned_by

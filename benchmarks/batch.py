@@ -59,9 +59,9 @@ for path in sorted(Path(sys.argv[1]).glob("*.wav")):
 ALONE = """
 import sys
 from pathlib import Path
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
 from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import load_language

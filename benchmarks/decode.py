@@ -48,10 +48,10 @@ def plain() -> Understand:
 
 def without_confidence() -> Understand:
     """End-pointing and decoding of voz, without asking how sure it is."""
-    from voz.audio.capture.sound_files import read_blocks
     from voz.audio.denoise import denoise_if_noisy
-    from voz.audio.endpointing.segment import Segment
-    from voz.audio.endpointing.segmenter import Segmenter
+    from voz.audio.segment import Segment
+    from voz.audio.segmenter import Segmenter
+    from voz.audio.sound_files import read_blocks
     from voz.language.language_files import find_language
     from voz.recognition.decoder import Decoder, mean_start
     from voz.recognition.language import load_language
@@ -70,7 +70,7 @@ def without_confidence() -> Understand:
 
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
-    from voz.audio.capture.sound_files import read_blocks
+    from voz.audio.sound_files import read_blocks
     from voz.language.language_files import find_language
     from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition

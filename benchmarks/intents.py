@@ -29,7 +29,7 @@ import typer
 from machine import machine
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import to_int16
+from voz.audio.sound_files import to_int16
 from voz.events import Utterance
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles

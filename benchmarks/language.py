@@ -22,7 +22,7 @@ import typer
 from machine import machine
 
 from voz.audio import Samples
-from voz.audio.capture.sound_files import to_int16
+from voz.audio.sound_files import to_int16
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list

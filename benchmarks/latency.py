@@ -38,7 +38,7 @@ from pulseaudio import playing_on, sound_server
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_blocks, to_int16
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -20,8 +20,8 @@ from machine import machine
 from voz.apps.evaluation.noise import generator_for, mix, random_stretch
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
 from voz.audio.recording_level import Fault, RecordingLevel, find_faults, measure_level
+from voz.audio.sound_files import read_blocks
 from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition

@@ -18,7 +18,7 @@ from machine import machine, one_line_errors
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
-from voz.audio.capture.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_blocks, to_int16
 from voz.language.language_files import LanguageFiles
 from voz.language.similarity import find_similar
 from voz.language.similarity_report import confusion_rate

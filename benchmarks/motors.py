@@ -26,7 +26,7 @@ from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import estimate_text
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance
 from voz.language.language_files import find_language
 from voz.language.sentences.command_set import plain_commands

@@ -28,7 +28,7 @@ from voz.apps.evaluation.statistics import AlarmRate, alarm_rate
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.arrays import to_samples
+from voz.audio.sound_files import to_samples
 from voz.cli.text_io import with_bar
 from voz.language.language_files import find_language
 from voz.recognition.language import load_language

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from pulseaudio import sound_server
 
-from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
+from voz.audio.playback import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
 from voz.config import default_commands
 from voz.speech.reply_speaker import ReplySpeaker
 from voz.speech.sound_client import SoundClient, mixer_of

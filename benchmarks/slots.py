@@ -28,7 +28,7 @@ from mix_rooms import FLOOR, LEVEL, Sound, at_level, background
 
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import to_int16
+from voz.audio.sound_files import to_int16
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse

@@ -32,7 +32,7 @@ from pulseaudio import sound_server
 from voz.apps.evaluation.noise import mix
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from voz.apps.evaluation.engines import ENGINES, LONGEST_SINGLE_COMMAND, Engine, normalized_words
 from voz.apps.evaluation.results import Understood
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles, read_sentences
 from voz.settings import Recognition

@@ -24,7 +24,7 @@ import typer
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.cli.text_io import with_bar
 from voz.errors import VozError
 from voz.language.phone_distances import DISTANCES_FILE

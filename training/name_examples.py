@@ -15,7 +15,7 @@ from mixing import at_level, heard
 from speech import Clip, Pool, read
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.arrays import to_samples
+from voz.audio.sound_files import to_samples
 from voz.cli.text_io import with_bar
 from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
 from voz.recognition.name_evidence import NameEvidence, find_evidence

@@ -94,7 +94,7 @@ def _sound_of(utterance: Utterance) -> Samples | None:
         return None
     import numpy as np
 
-    from voz.audio.capture.sound_files import read_blocks
+    from voz.audio.sound_files import read_blocks
 
     found: list[Samples] = []
     missing = end - start

@@ -8,7 +8,7 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import denoise, denoise_if_noisy, frame_energies, is_noisy
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
 
 
 def hiss(length: int, loudness: float = 600) -> Samples:

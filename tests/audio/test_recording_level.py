@@ -11,7 +11,6 @@ from recordings import FIXTURES, Recording
 
 from voz.apps.evaluation.noise import mix, random_stretch
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
 from voz.audio.recording_level import (
     MIN_DBFS,
     Fault,
@@ -20,6 +19,7 @@ from voz.audio.recording_level import (
     measure_level,
     obeyed_of_100,
 )
+from voz.audio.sound_files import read_blocks
 
 LENGTH = 3 * SAMPLE_RATE
 GO_FORWARD = FIXTURES / "commands" / "flite_rms__go_forward.flac"

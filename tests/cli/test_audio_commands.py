@@ -19,9 +19,9 @@ from loudspeaker import at_16_khz, best, is_silent, likeness, recording
 from recordings import GO_BACK
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import read_sound
-from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.recording_level import RecordingLevel
+from voz.audio.sound_files import read_sound
 from voz.cli.audio_commands import level_report
 from voz.speech.builtin_sounds import BuiltinSound, synthesize_sound
 

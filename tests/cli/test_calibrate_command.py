@@ -18,7 +18,7 @@ from recordings import FIXTURES, ROOT, Recording
 from voz.apps.recordings.enrollment import choose_prompts, read_saved_recordings
 from voz.apps.recordings.manifest import MANIFEST_NAME, join_lines
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
 from voz.language.language_files import LanguageFiles, read_sentences
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import Said, calibrate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Notice
 from voz.hearing.sound_watch import (
     LOSS_WARNING_INTERVAL,

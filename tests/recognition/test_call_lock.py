@@ -16,7 +16,7 @@ import pytest
 from recordings import ROOT, Recording
 
 from voz.audio import Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import RecognizerBusyError
 from voz.events import Utterance
 from voz.recognition import network_finder

@@ -10,9 +10,8 @@ from recordings import GO_BACK, Recording
 
 import voz
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.arrays import to_samples
-from voz.audio.capture.sound_files import read_blocks
-from voz.audio.endpointing.segment import NO_SAMPLES, Segment
+from voz.audio.segment import NO_SAMPLES, Segment
+from voz.audio.sound_files import read_blocks, to_samples
 from voz.events import Alternative, Utterance, shift_time
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import Context

@@ -10,8 +10,8 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segment import Segment
+from voz.audio.segmenter import segments
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE

@@ -10,9 +10,9 @@ from recordings import Recording
 from synthesis import phrase, with_floor
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.arrays import to_samples
-from voz.audio.endpointing.segment import NO_SAMPLES, Segment
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segment import NO_SAMPLES, Segment
+from voz.audio.segmenter import segments
+from voz.audio.sound_files import to_samples
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models

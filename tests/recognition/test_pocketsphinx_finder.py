@@ -9,8 +9,8 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segment import Segment
+from voz.audio.segmenter import segments
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import POCKETSPHINX_FEATURES, VOICES_AROUND, load_models

@@ -14,8 +14,8 @@ from recordings import FIXTURES, Recording
 from synthesis import VOICES, Voice, phrase, with_floor
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.language_files import LanguageFiles

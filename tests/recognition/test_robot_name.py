@@ -11,7 +11,7 @@ from recordings import spoken
 
 import voz
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.segment import Segment
+from voz.audio.segment import Segment
 from voz.language.build import build
 from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context

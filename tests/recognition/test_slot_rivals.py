@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.segment import NO_SAMPLES, Segment
+from voz.audio.segment import NO_SAMPLES, Segment
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse, plain_commands

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE, Wave
+from voz.audio.playback import AUDIBLE_AMPLITUDE, PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
 from voz.speech.builtin_sounds import BuiltinSound, synthesize_sound
 

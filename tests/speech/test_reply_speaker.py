@@ -16,8 +16,8 @@ from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, place_of
 from programs import wait_until
 
-from voz.audio.capture.sound_files import read_sound
-from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.playback import PLAYBACK_RATE
+from voz.audio.sound_files import read_sound
 from voz.config import default_commands
 from voz.speech import festival
 from voz.speech.reply_speaker import MAX_QUEUED_REPLIES, ReplySpeaker
@@ -40,7 +40,7 @@ class Gate:
         monkeypatch.setattr(
             "voz.speech.sound_client.SoundClient.close", lambda _: self.closed.set()
         )
-        monkeypatch.setattr("voz.audio.playback.mixer.Mixer.prepare", lambda _: None)
+        monkeypatch.setattr("voz.audio.mixer.Mixer.prepare", lambda _: None)
         monkeypatch.setattr("voz.speech.reply_speaker.is_cached", lambda text, voice: True)
 
     def say(self, text: str) -> None:

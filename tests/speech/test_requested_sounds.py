@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 
-from voz.audio.playback.mixer import Mixer
+from voz.audio.mixer import Mixer
 from voz.errors import SpeechError
 from voz.speech.requested_sounds import RequestedSound, RequestedSounds, SoundKey
 

@@ -19,8 +19,8 @@ import soundfile
 from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 
-from voz.audio.capture.sound_files import read_sound
-from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.playback import PLAYBACK_RATE
+from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound

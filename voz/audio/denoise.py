@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.quantile import quantile
+from voz.audio.levels import quantile
 
 Floats = npt.NDArray[np.float64]
 

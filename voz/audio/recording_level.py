@@ -13,7 +13,7 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.denoise import ENERGY_FRAME, Floats, frame_energies
-from voz.audio.endpointing.silero import SILERO_BLOCK, Silero
+from voz.audio.voice_detector import SILERO_BLOCK, Silero
 
 FULL_SCALE_DB = 20 * math.log10(32768)
 """The highest level of 16 bits, dB relative to one unit."""

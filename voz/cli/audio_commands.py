@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from voz.audio import Samples
-    from voz.audio.capture.input_devices import Device
+    from voz.audio.microphone import Device
     from voz.audio.recording_level import RecordingLevel
     from voz.speech.sound_client import SoundClient
 
@@ -40,7 +40,7 @@ def devices(
 
     Example: voz devices --test
     """
-    from voz.audio.capture.input_devices import (
+    from voz.audio.microphone import (
         choose_microphone,
         list_microphones,
         list_pulse_microphones,
@@ -76,7 +76,7 @@ def try_microphone(device: Device) -> None:
     """Record somebody who speaks; show the level, faults and what to do. Raises AudioError."""
     from rich.console import Console
 
-    from voz.audio.capture.microphone import open_microphone
+    from voz.audio.microphone import open_microphone
     from voz.audio.recording_level import measure_level
 
     console = Console()

@@ -146,7 +146,7 @@ def _record(
         read_saved_recordings,
         record_prompts,
     )
-    from voz.audio.capture.microphone import open_microphone
+    from voz.audio.microphone import open_microphone
     from voz.recognition.speaker.calibration import MIN_SENTENCES
 
     asked = choose_prompts(commands, name)

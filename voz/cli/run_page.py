@@ -40,7 +40,7 @@ def chosen_microphone(options: RunOptions) -> str | None:
 
     Where a robot that other programs drive has none, it is `NO_DEVICE`.
     """
-    from voz.audio.capture.input_devices import choose_microphone
+    from voz.audio.microphone import choose_microphone
 
     if options.web and options.device == BROWSER_DEVICE:
         return None

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import ECHO_EDGE, NOTHING_CLEANED, Cleaned, EchoCanceller
 from voz.audio.echo_alignment import MAX_ECHO_DELAY
+from voz.audio.sound_files import to_int16
 from voz.events import Partial, Utterance, shift_time
 from voz.language.sentences.spelling import normalize
 from voz.recognition.playback_spotter import (

@@ -13,7 +13,7 @@ from typing import Protocol, TypeAlias
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.microphone import open_microphone
+from voz.audio.microphone import open_microphone
 from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, shift_time

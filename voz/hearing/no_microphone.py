@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 
 from voz.audio import Samples
-from voz.audio.endpointing.segment import NO_SAMPLES
+from voz.audio.segment import NO_SAMPLES
 from voz.hearing.microphone_thread import SoundSource
 
 POLL_INTERVAL = 0.1

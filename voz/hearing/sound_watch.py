@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Notice
 from voz.inbox import Inbox
 

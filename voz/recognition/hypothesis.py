@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from voz.audio.endpointing.segment import Segment
+from voz.audio.segment import Segment
 from voz.events import Reason, SpokenWord
 from voz.recognition.slot_rivals import Rival
 from voz.recognition.speaker.adaptation import StartVector

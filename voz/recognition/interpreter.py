@@ -8,8 +8,7 @@ from functools import partial
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.echo import Cleaned
-from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
-from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
+from voz.audio.segment import CONTEXT_SAMPLES, MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
 from voz.events import PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
-from voz.audio.capture.arrays import ArrayConverter
+from voz.audio.sound_files import ArrayConverter
 from voz.events import Partial, Utterance
 from voz.public_names import PublicNames
 from voz.recognition.call_lock import NonReentrantLock

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.audio.capture.microphone import open_microphone
+from voz.audio.microphone import open_microphone
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.process.forks import ends_forks

@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
-from voz.audio.endpointing.segment import MAX_PAUSE_SAMPLES, Segment
-from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.audio.segment import CONTEXT_SAMPLES, MAX_PAUSE_SAMPLES, Segment
+from voz.audio.voice_detector import RUN_UP, shared_voice_detector
 from voz.events import SpokenWord
 from voz.language.sentences.automaton import Automaton
 from voz.recognition.confidence import probability, trust_in_speech

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import Cleaned
+from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.automaton import Automaton

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import Cleaned
+from voz.audio.sound_files import to_int16
 from voz.events import Utterance
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.spotting import SpottedCommand

@@ -7,9 +7,8 @@ from functools import partial
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.endpointing.open_segment import SEGMENT_MARGIN
-from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.audio.segment import SEGMENT_MARGIN, Segment
+from voz.audio.voice_detector import RUN_UP, shared_voice_detector
 from voz.events import SpokenWord
 from voz.recognition.accents import plain_word
 from voz.recognition.confidence import features, probability, trust_in_speech, voices_around

@@ -14,10 +14,9 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.audio.capture.arrays import to_samples
-from voz.audio.capture.sound_files import read_blocks
-from voz.audio.endpointing.segment import Segment, belong_together, feed_all
-from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
+from voz.audio.segment import Segment, belong_together, feed_all
+from voz.audio.segmenter import Segmenter, VoiceFlags
+from voz.audio.sound_files import read_blocks, to_samples
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.language_files import LanguageFiles, lock_folder

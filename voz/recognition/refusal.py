@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import frame_energies
-from voz.audio.quantile import quantile
+from voz.audio.levels import quantile
 from voz.events import Reason
 from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence

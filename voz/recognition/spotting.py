@@ -10,7 +10,7 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
-from voz.audio.endpointing.segment import MAX_WORD_SECONDS
+from voz.audio.segment import MAX_WORD_SECONDS
 from voz.recognition.phoneme_scorer import MAX_LEAD_BONUS, PhoneLikelihoods, PhonemeScorer
 
 MIN_SPOTTING_SCORE = 8.0

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.frame_levels import FRAME
-from voz.audio.endpointing.segment import Ongoing, Quiet, Segment, Sound, belong_together
-from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
+from voz.audio.levels import FRAME
+from voz.audio.segment import Ongoing, Quiet, Segment, Sound, belong_together
+from voz.audio.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import SCORE

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from voz.audio.playback.mixer import Mixer
+from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.control.table import CommandTable
 from voz.events import Event, Notice, Partial, Play, Receiver, Reply, Twist

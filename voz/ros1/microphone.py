@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from voz.audio.capture.pulse import PULSE_DEVICE, SOURCE_VARIABLE
-from voz.audio.playback.mixer import Mixer
+from voz.audio.microphone import PULSE_DEVICE, SOURCE_VARIABLE
+from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.errors import LanguageError
 from voz.hearing.microphone_thread import Hearing, sound_card

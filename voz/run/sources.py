@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
+from voz.audio.playback import PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
 from voz.printable import shown_value
 

@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from voz.audio.capture.sound_files import read_sound
-from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.playback import PLAYBACK_RATE
+from voz.audio.sound_files import read_sound
 from voz.errors import VozError
 from voz.speech.sound_client import SoundClient, mixer_of
 from voz.speech.speech_cache import cached_speech, is_cached

@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from typing import TypeAlias
 
-from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.playing_sound import PlayingSound, Wave
+from voz.audio.mixer import Mixer
+from voz.audio.playback import PlayingSound, Wave
 from voz.errors import SpeechError, VozError
 from voz.records import is_number
 

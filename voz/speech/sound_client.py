@@ -12,9 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from voz.audio.capture.sound_files import read_sound
-from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, trim_leading_silence
+from voz.audio.mixer import Mixer
+from voz.audio.playback import PLAYBACK_RATE, trim_leading_silence
+from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
 from voz.printable import shown_value
 from voz.public_names import PublicNames

@@ -22,7 +22,7 @@ from voz.apps.recordings.enrollment import (
     record_prompts,
 )
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import ConfigError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import Said

@@ -22,7 +22,7 @@ from voz.apps.recordings.recent_sound import Excerpt
 from voz.apps.recordings.recording_folder import RecordingFolder
 from voz.apps.recordings.sessions import read_recordings, read_session
 from voz.apps.web.session_page import session_record
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import ConfigError
 from voz.events import Event, Notice, SelectedObject, Twist, Utterance, to_json
 from voz.files import append_line

@@ -25,7 +25,7 @@ from wyoming.error import Error
 from wyoming.event import Event
 from wyoming.info import Describe, Info
 
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.spoken_language import find_sources, read_language

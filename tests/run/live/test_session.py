@@ -18,7 +18,7 @@ from live_robot import AT_REST, LiveRobot, live_robot, moves, rests, speak, velo
 from recordings import FIXTURES
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.events import Event, Notice, Partial, Utterance
 from voz.run.controller import Controller
 from voz.settings import Safety

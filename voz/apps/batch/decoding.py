@@ -8,7 +8,7 @@ from pathlib import Path
 
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.files import shown_path
 from voz.recognition.details import NO_DETAILS, Details

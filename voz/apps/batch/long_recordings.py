@@ -22,9 +22,9 @@ from msgspec.structs import replace
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.apps.batch.stamps import Stamp
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import header_seconds, read_blocks
-from voz.audio.endpointing.frame_levels import FRAME
-from voz.audio.endpointing.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
+from voz.audio.levels import FRAME
+from voz.audio.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
+from voz.audio.sound_files import header_seconds, read_blocks
 from voz.checksum import sha256
 from voz.errors import AudioError
 from voz.events import Utterance

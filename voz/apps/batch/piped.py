@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
-from voz.audio.capture.arrays import MAX_CHANNELS, ArrayConverter
+from voz.audio.sound_files import MAX_CHANNELS, ArrayConverter
 from voz.errors import AudioError
 
 PIPE_BLOCK_SECONDS = 0.1

@@ -9,10 +9,9 @@ import numpy as np
 
 from voz.apps.doctor.finding import Finding, failed
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.input_devices import choose_microphone
-from voz.audio.capture.microphone import open_microphone
-from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.microphone import choose_microphone, open_microphone
+from voz.audio.mixer import Mixer
+from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.recording_level import Fault, measure_level
 from voz.errors import AudioError, SpeechError
 from voz.settings import Speech

@@ -13,7 +13,7 @@ from voz.apps.evaluation.recognize import Task, in_processes, tasks_for
 from voz.apps.evaluation.stretches import assign_to_stretches
 from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.language.language_files import find_language
 from voz.recognition.confidence import Context

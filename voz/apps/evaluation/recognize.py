@@ -20,7 +20,7 @@ from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, empt
 from voz.apps.evaluation.stretches import Stretch, assign_to_stretches, seconds_outside
 from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.files import shown_path
 from voz.process.worker_pool import WorkerDied, WorkerPool, cores, worker_pool

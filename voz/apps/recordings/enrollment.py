@@ -13,10 +13,10 @@ from rich.console import Console
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.apps.recordings.recording_folder import save_recording
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
-from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.segmenter import Segmenter
-from voz.audio.endpointing.voice_detector import VoiceDetector
+from voz.audio.segment import Segment
+from voz.audio.segmenter import Segmenter
+from voz.audio.sound_files import read_blocks
+from voz.audio.voice_detector import VoiceDetector
 from voz.errors import ConfigError
 from voz.files import os_errors_as_config_error
 from voz.recognition.confidence import NOISE_VOICE

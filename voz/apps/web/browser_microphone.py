@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from voz.audio import Samples
-from voz.audio.capture.resampling import Mono, Resampler
-from voz.audio.endpointing.segment import NO_SAMPLES
+from voz.audio.segment import NO_SAMPLES
+from voz.audio.sound_files import Mono, Resampler
 
 BROWSER_SOURCE = "browser"
 """The source of utterances from there."""

@@ -21,7 +21,7 @@ from voz.apps.web.page_messages import Alarms, Mark, Playing
 from voz.apps.web.page_playback import PagePlayback, PageReply
 from voz.apps.web.page_registry import PageRegistry
 from voz.apps.web.recording_marks import RecordingMarks
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks
 from voz.errors import SpeechError
 from voz.files import read_bytes
 from voz.speech.speech_cache import cached_speech

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.endpointing.segmenter import segments
+from voz.audio.segmenter import segments
 from voz.events import Utterance
 from voz.language.language_files import LanguageFiles
 from voz.recognition.decoder import mean_start

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from voz.audio import portaudio
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
+from voz.audio.playback import PLAYBACK_RATE, Wave
 from voz.errors import AudioError
 
 Fill: TypeAlias = Callable[[int, float], Wave]

@@ -6,9 +6,8 @@ import threading
 import time
 from collections.abc import Callable
 
-from voz.audio.playback.history import PlaybackHistory, to_16_khz
-from voz.audio.playback.loudspeaker import PLAYBACK_LATENCY, Loudspeaker
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, PlayingSound, Wave, mix
+from voz.audio.loudspeaker import PLAYBACK_LATENCY, Loudspeaker
+from voz.audio.playback import PLAYBACK_RATE, PlaybackHistory, PlayingSound, Wave, mix, to_16_khz
 
 MAX_START_DELAY = 2.0
 """A sound that cannot start within this time is dropped, s: it would come too late."""

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
-from voz.audio.endpointing.segment import Quiet, Segment, Sound, belong_together
-from voz.audio.endpointing.segmenter import MAX_SEGMENT_SECONDS, Segmenter, sounds
+from voz.audio.segment import CONTEXT_SAMPLES, Quiet, Segment, Sound, belong_together
+from voz.audio.segmenter import MAX_SEGMENT_SECONDS, Segmenter, sounds
 
 
 def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Sound]:

@@ -16,14 +16,14 @@ import sounddevice
 from loudspeaker import Recorder, at_16_khz, best, likeness
 from pulseaudio import running_server
 
-from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
+from voz.audio.mixer import Mixer
+from voz.audio.playback import PLAYBACK_RATE, Wave
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
 
 PLAY_TWICE = """
 import numpy as np
-from voz.audio.playback.mixer import Mixer
+from voz.audio.mixer import Mixer
 mixer = Mixer(print)
 for _ in range(2):
     mixer.wait(mixer.play(np.full(4800, 0.1, np.float32)))
@@ -33,7 +33,7 @@ mixer.close()
 PLAY_ON = """
 import time
 import numpy as np
-from voz.audio.playback.mixer import Mixer
+from voz.audio.mixer import Mixer
 mixer = Mixer(lambda line: print(line, flush=True))
 source = mixer.play(np.full(4800, 0.1, np.float32), repeats=True)
 while not mixer.recent(0.5)[0].any():

@@ -22,9 +22,9 @@ from loudspeaker import (
 from programs import wait_until
 from pulseaudio import running_server
 
+from voz.audio.mixer import Mixer
+from voz.audio.playback import PLAYBACK_RATE, Wave
 from voz.audio.playback import loudspeaker as device
-from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 
 pytestmark = pytest.mark.realtime
 

@@ -1,15 +1,153 @@
-"""A segment that is not over yet."""
+"""What a segmenter finds in a stream: segments, pauses, segments that go on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import MIN_SILENT_SHARE
-from voz.audio.endpointing.frame_levels import FRAME
-from voz.audio.endpointing.pieces import pieces
-from voz.audio.endpointing.segment import Segment
+from voz.audio.levels import FRAME, MIN_SILENT_SHARE, quantile
+from voz.errors import AudioError
+
+STEADY_QUANTILE = 0.5
+"""Quantile of the levels that is the steady noise: motors, or a radio."""
+
+
+class Piece(NamedTuple):
+    """Frames that stand out: the first, and the one after the last."""
+
+    start: int
+    end: int
+
+
+def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, list[Piece]]:
+    """Find what stands out of a steady noise.
+
+    Args:
+        levels: of the frames, dB.
+        above: how far a frame stands out, dB.
+        pause: number of quiet frames between two pieces.
+
+    Returns:
+        The level of the noise, dB, and the pieces in order.
+    """
+    usual = float(quantile(levels, STEADY_QUANTILE))
+    found: list[Piece] = []
+    for frame, level in enumerate(levels):
+        if level <= usual + above:
+            continue
+        if found and frame - found[-1].end < pause:
+            found[-1] = Piece(found[-1].start, frame + 1)
+        else:
+            found.append(Piece(frame, frame + 1))
+    return usual, found
+
+
+MAX_WORD_SECONDS = 0.7
+"""Length of a slowly spoken word."""
+
+MAX_PAUSE_SAMPLES = int(0.6 * SAMPLE_RATE)
+"""Between two segments of one sentence, margins included."""
+
+
+NO_SAMPLES: Samples = np.empty(0, np.int16)
+
+
+class Segment(NamedTuple):
+    """A stretch of speech.
+
+    Attributes:
+        start: in the stream, s.
+        end: in the stream, s.
+        decided: position in the stream when the end was known, s.
+        samples: the sound, with a margin on either side.
+        over: whether it is over; if not, it has paused and may go on.
+        above: how far its loudest frame is above the background, dB.
+        voices: share of the time before it that a voice may be in.
+        amid: whether it stands within talk that is as loud.
+        before: sound before the samples, up to 0.25 s; longer where the robot has a name.
+        after: sound after them, as far as it is known; up to 0.25 s, or longer for a name.
+    """
+
+    start: float
+    end: float
+    decided: float
+    samples: Samples
+    over: bool = True
+    above: float = math.inf
+    voices: float = 0.0
+    amid: bool = False
+    before: Samples = NO_SAMPLES
+    after: Samples = NO_SAMPLES
+
+    @property
+    def with_surroundings(self) -> Samples:
+        """The samples with the sound before and after them."""
+        return np.concatenate([self.before, self.samples, self.after])
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """No segment followed the last one.
+
+    Attributes:
+        decided: position in the stream when that was known, s.
+        samples: the sound since the segment's end.
+    """
+
+    decided: float
+    samples: Samples = field(compare=False)
+
+
+@dataclass(frozen=True)
+class Ongoing:
+    """The sound of a segment so far; comes again until it is over.
+
+    Attributes:
+        decided: position in the stream, s.
+        samples: from the segment's start, 0.7 s at least.
+    """
+
+    decided: float
+    samples: Samples
+
+
+Sound = Segment | Quiet | Ongoing
+
+Found = TypeVar("Found", covariant=True)
+
+
+class Feedable(Protocol[Found]):
+    """Takes a recording block by block."""
+
+    def feed(self, block: Samples) -> Iterator[Found]:
+        """Take the next samples, 16 kHz; yields what was found."""
+
+    def finish(self) -> Iterator[Found]:
+        """End the stream; yields what was still open."""
+
+
+def belong_together(one: Segment, other: Segment) -> bool:
+    """Whether two segments are close enough to be one sentence."""
+    return other.start - one.end < MAX_PAUSE_SAMPLES / SAMPLE_RATE
+
+
+def feed_all(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
+    """Feed a whole recording and end the stream; then raise an AudioError of the blocks."""
+    failure = None
+    try:
+        for block in blocks:
+            yield from stream.feed(block)
+    except AudioError as error:
+        failure = error
+    yield from stream.finish()
+    if failure:
+        raise failure
+
 
 CONTINUE_ABOVE = 3.0
 """Level above the background at its start, dB; what is quieter is not part of it."""

@@ -10,25 +10,30 @@ import numpy as np
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import RISE_FRAMES, STEADY_FRAMES, Background, SteadyNoise
-from voz.audio.endpointing.frame_levels import FRAME, BandLevels, LevelMeter
-from voz.audio.endpointing.open_segment import (
+from voz.audio.levels import (
+    FRAME,
+    RISE_FRAMES,
+    STEADY_FRAMES,
+    Background,
+    BandLevels,
+    LevelMeter,
+    SteadyNoise,
+)
+from voz.audio.segment import (
     CONTEXT_SAMPLES,
     CONTINUE_ABOVE,
-    SEGMENT_MARGIN,
-    TALK_WINDOW,
-    OpenSegment,
-)
-from voz.audio.endpointing.segment import (
     MAX_PAUSE_SAMPLES,
     MAX_WORD_SECONDS,
+    SEGMENT_MARGIN,
+    TALK_WINDOW,
     Ongoing,
+    OpenSegment,
     Quiet,
     Segment,
     Sound,
     feed_all,
 )
-from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.audio.voice_detector import RUN_UP, shared_voice_detector
 
 VAD_MODE = 2
 """WebRTC's; of 317 commands all but 2 are speech to it."""

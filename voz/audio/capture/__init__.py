@@ -1,1 +1,0 @@
-"""Sound input: microphones, recordings and arrays, all as 16 kHz."""

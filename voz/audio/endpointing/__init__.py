@@ -1,1 +1,0 @@
-"""Finds speech in a stream: which stretches are louder than the room, and are voices."""

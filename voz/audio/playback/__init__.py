@@ -1,1 +1,0 @@
-"""Sound output: playing sounds, mixing them, and the loudspeaker."""

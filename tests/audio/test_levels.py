@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import FIXTURES
-from voz.audio.endpointing import frame_levels
 
 from voz.audio.levels import (
     BACKGROUND_FRAMES,
@@ -65,7 +64,7 @@ def test_they_are_the_same_in_whatever_pieces(sizes: list[int], at_once: int) ->
     found = []
     rest = SOUND
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(frame_levels, "BATCH_FRAMES", at_once)
+        patch.setattr("voz.audio.levels.BATCH_FRAMES", at_once)
         for size in [*sizes, COUNT]:
             found += pieces.measure(rest[: size * FRAME])
             rest = rest[size * FRAME :]

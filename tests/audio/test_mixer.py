@@ -22,9 +22,9 @@ from loudspeaker import (
 from programs import wait_until
 from pulseaudio import running_server
 
+from voz.audio import loudspeaker as device
 from voz.audio.mixer import Mixer
 from voz.audio.playback import PLAYBACK_RATE, Wave
-from voz.audio.playback import loudspeaker as device
 
 pytestmark = pytest.mark.realtime
 

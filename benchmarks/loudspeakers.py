@@ -14,7 +14,7 @@ import soxr
 from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import read_blocks
-from voz.speech.speech_cache import cached_speech
+from voz.speech.synthesis import cached_speech
 
 Floats = npt.NDArray[np.float64]
 

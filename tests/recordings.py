@@ -10,7 +10,7 @@ import numpy as np
 from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
 from voz.audio import Samples
 from voz.audio.sound_files import read_blocks
-from voz.speech.speech_cache import cached_speech
+from voz.speech.synthesis import cached_speech
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

@@ -12,9 +12,9 @@ from recordings import ROOT
 
 import voz
 from voz import errors
-from voz.public_names import PublicNames
 from voz.recognition.live_utterances import MicrophoneUtterances
 from voz.recognition.recognizer import Recognizer
+from voz.records import PublicNames
 
 
 def test_every_error_is_exported_and_of_one_family() -> None:

@@ -18,9 +18,8 @@ from voz.errors import ConfigError
 from voz.events import Partial, Receiver, Utterance, shift_time
 from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import End, Inbox
-from voz.public_names import PublicNames
 from voz.recognition.live_utterances import MicrophoneUtterances
-from voz.records import check_callable, check_iterable, check_type
+from voz.records import PublicNames, check_callable, check_iterable, check_type
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock

@@ -1,4 +1,4 @@
-"""Atomic writes, and bounded reads of the files that users name (`/dev/zero` never ends)."""
+"""Atomic writes, bounded reads of the files that users name (`/dev/zero` never ends), digests."""
 
 from __future__ import annotations
 
@@ -9,11 +9,23 @@ import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
 from voz.errors import ConfigError, VozError
+
+# SHA-256 as `hashlib` has it, without the 3.5 MB of OpenSSL that importing `hashlib` loads.
+if TYPE_CHECKING:
+    from hashlib import sha256 as sha256
+else:
+    try:
+        from _sha2 import sha256 as sha256  # Python 3.12 and later
+    except ImportError:
+        try:
+            from _sha256 import sha256 as sha256
+        except ImportError:  # a Python that was built without algorithms of its own
+            from hashlib import sha256 as sha256
 
 Kind = TypeVar("Kind")
 

@@ -113,3 +113,16 @@ def _builtin(value: object) -> object:
     if isinstance(value, Integral):
         return int(value)
     return float(value) if isinstance(value, Real) else value
+
+
+class PublicNames:
+    """Base of classes whose objects show no internal names in `dir()`.
+
+    Those begin with one underscore, and can be used all the same.
+    """
+
+    __slots__ = ()
+
+    def __dir__(self) -> list[str]:
+        names = super().__dir__()
+        return [name for name in names if not name.startswith("_") or name.startswith("__")]

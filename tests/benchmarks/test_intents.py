@@ -13,7 +13,7 @@ import soundfile
 import soxr
 from recordings import ROOT
 
-from voz.speech.festival import render
+from voz.speech.synthesis import render
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ from pulseaudio import running_server
 from recordings import GO_BACK
 
 from voz.config import default_commands
-from voz.speech.speech_cache import cached_speech
+from voz.speech.synthesis import cached_speech
 
 pytestmark = pytest.mark.slow
 

@@ -25,7 +25,7 @@ from voz.recognition.phoneme_scorer import scorer_for, why_missing
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import Aligner
 from voz.settings import Recognition, SpokenLanguage
-from voz.speech.festival import render
+from voz.speech.synthesis import render
 
 EXAMPLE = ROOT / "examples" / "spanish"
 

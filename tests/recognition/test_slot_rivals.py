@@ -35,7 +35,7 @@ from voz.recognition.slot_rivals import (
 )
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
-from voz.speech.festival import render
+from voz.speech.synthesis import render
 
 MODEL = load_models().two_ears
 

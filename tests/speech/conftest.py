@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from voz.speech import festival, speech_cache
+from voz.speech import synthesis
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     home = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home))
-    monkeypatch.setattr(speech_cache, "_KNOWN_TEXTS", set())
+    monkeypatch.setattr(synthesis, "_KNOWN_TEXTS", set())
     return home / "voz" / "speech"
 
 
@@ -42,5 +42,5 @@ def slow_festival(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     )
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(folder), prepend=":")
-    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 0.5)
+    monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 0.5)
     return folder / "child"

@@ -19,9 +19,9 @@ from programs import wait_until
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.config import default_commands
-from voz.speech import festival
+from voz.speech import synthesis
 from voz.speech.reply_speaker import MAX_QUEUED_REPLIES, ReplySpeaker
-from voz.speech.speech_cache import cached_speech, is_cached
+from voz.speech.synthesis import cached_speech, is_cached
 
 REPLIES = default_commands().replies
 KAL = "kal_diphone"
@@ -112,7 +112,7 @@ def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
 def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     slow_festival: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
+    monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 60.0)
     warned: list[str] = []
     speaker = ReplySpeaker(KAL, REPLIES, warned.append)
     deadline = time.monotonic() + 20
@@ -147,7 +147,7 @@ def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
 ) -> None:
     cached_speech("known", KAL)
     child = request.getfixturevalue("slow_festival")
-    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
+    monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 60.0)
     speaker = ReplySpeaker(KAL)
     speaker.say("not known")
     speaker.say("known")

@@ -22,10 +22,10 @@ from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
-from voz.speech import festival
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
+from voz.speech import synthesis
 from voz.speech.sound_client import MAX_RENDERERS, SoundClient, mixer_of
-from voz.speech.speech_cache import cached_speech, is_cached
+from voz.speech.sounds import ALL, BuiltinSound, synthesize_sound
+from voz.speech.synthesis import cached_speech, is_cached
 
 KAL, KED = "kal_diphone", "ked_diphone"
 TEXT = "go on"
@@ -271,7 +271,7 @@ def test_a_festival_that_hangs_keeps_nothing_else_back(
     file: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
+    monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 60.0)
     with monkeypatch.context() as usual:
         usual.setenv("PATH", os.environ["PATH"].split(":", 1)[1])
         cached_speech("known", KAL)
@@ -356,7 +356,7 @@ def test_a_client_that_blocks_says_one_thing_after_the_other(
 
 NO_DEVICE = """
 import logging, sys
-from voz.speech.builtin_sounds import BuiltinSound
+from voz.speech.sounds import BuiltinSound
 from voz.speech.sound_client import SoundClient
 logging.basicConfig(stream=sys.stdout, format="%(message)s")
 with SoundClient() as client:

@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the program's name; None takes those of the process.
 
     Returns:
-        The exit code: 0, one of those in `exit_codes.py`, or of a signal.
+        The exit code: 0, one of those of `process/signals.py`.
     """
     signals.install()
     setup.set_up()
@@ -52,8 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _without_memory(error: BaseException) -> int:
     """Say in one line that there was not enough memory; raises any other error again."""
-    from voz.process.exit_codes import WRONG_CALL
-    from voz.process.memory import is_out_of_memory
+    from voz.process.setup import is_out_of_memory
+    from voz.process.signals import WRONG_CALL
 
     if not is_out_of_memory(error):
         raise error

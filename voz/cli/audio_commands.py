@@ -155,16 +155,16 @@ def say(
 
     Example: voz say "bep bep. I am listening you" --out hello.wav
     """
-    from voz.speech import festival
+    from voz.speech import synthesis
 
     if list_voices:
-        show(*festival.installed_voices())
+        show(*synthesis.installed_voices())
         if which("espeak-ng"):
             show("espeak-ng:en, espeak-ng:es, ... (see `espeak-ng --voices`)")
     elif text is None:
         raise SpeechError("there is nothing to say; give a text in quotes, see --help")
     elif out:
-        festival.render(text, voice, out)
+        synthesis.render(text, voice, out)
         info(f"written: {out}, said by {voice}")
     else:
         with sound_client() as client:
@@ -202,7 +202,7 @@ def sound(
 
     Example: voz sound backing-up --volume 0.5
     """
-    from voz.speech.builtin_sounds import BuiltinSound
+    from voz.speech.sounds import BuiltinSound
 
     builtin = {each.title: each for each in BuiltinSound}
     if list_sounds:

@@ -10,7 +10,7 @@ import typer
 
 from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
 from voz.cli.text_io import info, show, warn
-from voz.process.exit_codes import STALE, WRONG_CALL
+from voz.process.signals import STALE, WRONG_CALL
 
 if TYPE_CHECKING:
     from voz.config import Config

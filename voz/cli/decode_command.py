@@ -16,7 +16,7 @@ from voz.cli.options import OverwriteOption, ProfileOption, RecognizerOptions, f
 from voz.cli.text_io import MAX_INPUT_LINE, info
 from voz.config import Config, overridden
 from voz.errors import ConfigError
-from voz.process.exit_codes import SOME_UNREADABLE
+from voz.process.signals import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder

@@ -11,7 +11,7 @@ import typer
 from voz.cli.options import CommonOptions, DeviceOption, with_options
 from voz.cli.text_io import show, show_raw
 from voz.errors import ConfigError
-from voz.process.exit_codes import NOT_WELL
+from voz.process.signals import NOT_WELL
 
 if TYPE_CHECKING:
     from voz.apps.doctor.finding import Finding

@@ -23,7 +23,7 @@ from voz.files import (
     shown_path,
 )
 from voz.printable import printable
-from voz.process.exit_codes import SOME_UNREADABLE
+from voz.process.signals import SOME_UNREADABLE
 from voz.settings import Recognition
 
 if TYPE_CHECKING:

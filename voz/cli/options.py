@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 from voz.cli.text_io import info, warn
 from voz.config import Config, load_config, overridden
 from voz.files import check_not_read
-from voz.process.memory import LEAST_MEMORY, check_memory
+from voz.process.setup import LEAST_MEMORY, check_memory
 from voz.settings import SpokenLanguage
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
 from voz.cli.run_service import check_service, service_of
 from voz.cli.text_io import info, open_text, warn
 from voz.errors import CommandsError, ConfigError
-from voz.process.exit_codes import SOME_UNREADABLE
+from voz.process.signals import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder

@@ -11,7 +11,7 @@ import typer
 from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions, ZeroconfOption
 from voz.config import Config
 from voz.errors import ConfigError
-from voz.process.memory import LEAST_MEMORY, LIVE_MEMORY
+from voz.process.setup import LEAST_MEMORY, LIVE_MEMORY
 from voz.robot.kinds import ROBOTS
 
 LOCAL = "127.0.0.1"

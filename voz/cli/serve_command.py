@@ -10,7 +10,7 @@ import typer
 
 from voz.cli.options import ProfileOption, RecognizerOptions, ZeroconfOption, with_options
 from voz.cli.text_io import info, warn
-from voz.process.memory import LIVE_MEMORY
+from voz.process.setup import LIVE_MEMORY
 
 
 @dataclass

@@ -9,7 +9,7 @@ import typer
 from voz.cli.options import CommandGroup, with_options
 from voz.cli.run_options import RunOptions
 from voz.cli.text_io import show, show_raw
-from voz.process.exit_codes import NOT_WELL
+from voz.process.signals import NOT_WELL
 
 service = typer.Typer(
     cls=CommandGroup,

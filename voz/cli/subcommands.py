@@ -27,8 +27,7 @@ from voz.cli.service_command import service
 from voz.cli.text_io import info, show, writing_results
 from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError
-from voz.process.exit_codes import WRONG_CALL
-from voz.process.signals import SIGNAL_EXIT_CODE
+from voz.process.signals import SIGNAL_EXIT_CODE, WRONG_CALL
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 

@@ -12,9 +12,8 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from voz.checksum import sha256
 from voz.errors import LanguageError
-from voz.files import atomic_write
+from voz.files import atomic_write, sha256
 from voz.language.command_source import CommandSource, read_list, similar_pairs
 from voz.language.grammar import jsgf, structured_jsgf
 from voz.language.language_files import (

@@ -15,9 +15,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from voz.checksum import sha256
 from voz.errors import CommandsError, LanguageError
-from voz.files import is_file, read_bytes, read_json, shown_path
+from voz.files import is_file, read_bytes, read_json, sha256, shown_path
 from voz.language.formats.command_list import parse_commands
 from voz.language.grammar import jsgf
 from voz.language.ngram import check_arpa

@@ -24,7 +24,6 @@ from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import Neighbor, nearest
 from voz.language.sentences.number_words import wordings
-from voz.sequences import shared_ends
 
 UNRELATED_LOSS = 7.5
 """Nats per frame, on average, of a phone explained by one with nothing in common."""
@@ -182,9 +181,7 @@ def _next_losses(
 
 
 def _difference(one: _Spoken, other: _Spoken) -> tuple[str, str]:
-    first, second = one.phones, other.phones
-    begin, end = shared_ends(first, second)
-    return " ".join(first[begin : len(first) - end]), " ".join(second[begin : len(second) - end])
+    return differing_words(" ".join(one.phones), " ".join(other.phones))
 
 
 GAP_COST = 22.0
@@ -282,7 +279,7 @@ def differing_sets(pair: SimilarPair) -> frozenset[str]:
 
 
 def differing_words(first: str, second: str) -> tuple[str, str]:
-    """Leave out the words that two sentences both begin with, and those that both end with."""
+    """Leave out the words (or phones) that both texts begin with, and those that both end with."""
     one, other = first.split(), second.split()
     while one and other and one[0] == other[0]:
         del one[0], other[0]

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import msgspec
 
-from voz.checksum import sha256
 from voz.errors import ConfigError, LanguageError
-from voz.files import data_folder, shown_path
+from voz.files import data_folder, sha256, shown_path
 from voz.language.acoustic_model import compute_distances, read_model_file
 from voz.language.dictionaries import LetterRules, read_dictionary, read_rules
 from voz.language.phone_distances import PhoneDistances, read_distances

@@ -1,7 +1,4 @@
-"""How the program ends: by a signal, or although a thread hangs in an audio library.
-
-A signal raises an exception while the program starts, and sends a message while it drives.
-"""
+"""The exit codes besides 0; from 128 on it was a signal, see `voz.process.signals`."""
 
 from __future__ import annotations
 
@@ -11,6 +8,19 @@ import signal
 import sys
 import time
 from contextlib import contextmanager
+
+STALE = 1
+"""Exit code of `build-lm --check` when files are not up to date."""
+
+NOT_WELL = 1
+"""Exit code of `doctor` when something that is needed is not well."""
+
+WRONG_CALL = 2
+"""Exit code when an option, a file or a text cannot be used."""
+
+SOME_UNREADABLE = 3
+"""Exit code when some recordings could not be read; the others are done."""
+
 
 TYPE_CHECKING = False  # `typing` is slow, and until `install` a signal is a traceback
 if TYPE_CHECKING:

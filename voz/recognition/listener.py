@@ -6,10 +6,9 @@ import numpy.typing as npt
 
 from voz.audio.sound_files import ArrayConverter
 from voz.events import Partial, Utterance
-from voz.public_names import PublicNames
 from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.stream import Stream
-from voz.records import check_type
+from voz.records import PublicNames, check_type
 
 
 class Listener(PublicNames):

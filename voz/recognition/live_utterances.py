@@ -16,10 +16,9 @@ from voz.audio.microphone import open_microphone
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.process.forks import ends_forks
-from voz.public_names import PublicNames
 from voz.recognition.listener import Listener
 from voz.recognition.stream import Stream
-from voz.records import check_iterable
+from voz.records import PublicNames, check_iterable
 
 if TYPE_CHECKING:
     from voz.recognition.recognizer import Recognizer

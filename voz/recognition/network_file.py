@@ -13,8 +13,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from voz.checksum import sha256
-from voz.files import atomic_write, open_to_read, shown_path
+from voz.files import atomic_write, open_to_read, sha256, shown_path
 
 Floats = npt.NDArray[np.float32]
 

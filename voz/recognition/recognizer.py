@@ -22,7 +22,6 @@ from voz.events import Partial, Utterance
 from voz.language.language_files import LanguageFiles, lock_folder
 from voz.language.sentences.command_set import Commands
 from voz.notebook import keep_sounds
-from voz.public_names import PublicNames
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import Model
 from voz.recognition.details import NO_DETAILS, Details
@@ -40,7 +39,7 @@ from voz.recognition.robot_name import with_more_words
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
-from voz.records import check_callable, check_iterable, check_type
+from voz.records import PublicNames, check_callable, check_iterable, check_type
 from voz.settings import Ask, Recognition
 
 MICROPHONE = "microphone"

@@ -14,8 +14,8 @@ from typing import Any, NoReturn
 from voz.errors import ConfigError, RobotError, VozError
 from voz.printable import printable
 from voz.process import signals
-from voz.process.exit_codes import WRONG_CALL
 from voz.process.setup import set_up
+from voz.process.signals import WRONG_CALL
 from voz.process.standard_streams import quiet_libraries, unblocked_output
 from voz.ros1.master import WATCHDOG, ask, check_namespace, is_address, master_uri
 

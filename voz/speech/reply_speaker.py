@@ -14,7 +14,7 @@ from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.errors import VozError
 from voz.speech.sound_client import SoundClient, mixer_of
-from voz.speech.speech_cache import cached_speech, is_cached
+from voz.speech.synthesis import cached_speech, is_cached
 
 _log = logging.getLogger("voz")
 
@@ -48,7 +48,7 @@ class ReplySpeaker:
             speaker.say("I am listening")
 
     Args:
-        voice: one of `voz.speech.festival.VOICES`, or of espeak-ng.
+        voice: one of `voz.speech.synthesis.VOICES`, or of espeak-ng.
         prepared: replies to render at the start.
         warn: called with each message once, on any thread, or again if the loudspeaker was back.
 

@@ -17,13 +17,17 @@ from voz.audio.playback import PLAYBACK_RATE, trim_leading_silence
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
 from voz.printable import shown_value
-from voz.public_names import PublicNames
-from voz.records import check_callable, check_path, check_type, is_finite, is_number
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
-from voz.speech.espeak import ESPEAK_PREFIX
-from voz.speech.festival import check_known, speakable
-from voz.speech.requested_sounds import SPOKEN, RequestedSound, RequestedSounds, SoundKey
-from voz.speech.speech_cache import cached_speech, is_cached
+from voz.records import PublicNames, check_callable, check_path, check_type, is_finite, is_number
+from voz.speech.sounds import (
+    ALL,
+    SPOKEN,
+    BuiltinSound,
+    RequestedSound,
+    RequestedSounds,
+    SoundKey,
+    synthesize_sound,
+)
+from voz.speech.synthesis import ESPEAK_PREFIX, cached_speech, check_known, is_cached, speakable
 
 _log = logging.getLogger("voz")
 
@@ -61,7 +65,7 @@ class SoundClient(PublicNames):
             client.say("I am going back")
 
     Args:
-        voice: the default voice, one of `voz.speech.festival.VOICES`, or of espeak-ng.
+        voice: the default voice, one of `voz.speech.synthesis.VOICES`, or of espeak-ng.
         blocking: whether `play`, `play_wave` and `say` wait until the sound has ended.
         warn: called with the message of a warning, on any thread.
 

@@ -11,7 +11,7 @@ import pytest
 from live_robot import LiveRobot, live_robot, moves, rests, speak
 from recordings import FIXTURES
 
-from voz.speech.speech_cache import cached_speech
+from voz.speech.synthesis import cached_speech
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 

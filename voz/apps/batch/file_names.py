@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from voz.checksum import sha256
-from voz.files import check_new
+from voz.files import check_new, sha256
 
 LONGEST_FILE_NAME = 200
 """Bytes; file systems take 255, with endings."""

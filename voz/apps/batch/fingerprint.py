@@ -11,9 +11,8 @@ import msgspec
 
 from voz import __version__
 from voz.apps.batch.outcomes import DETAIL_COLUMNS
-from voz.checksum import sha256
 from voz.errors import ConfigError
-from voz.files import read_bytes
+from voz.files import read_bytes, sha256
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence_model import DEFAULT_MODELS, load_models
 from voz.recognition.network_file import DEFAULT_NETWORK

@@ -25,9 +25,9 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.levels import FRAME
 from voz.audio.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
 from voz.audio.sound_files import header_seconds, read_blocks
-from voz.checksum import sha256
 from voz.errors import AudioError
 from voz.events import Utterance
+from voz.files import sha256
 from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer, open_stream
 

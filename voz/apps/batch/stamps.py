@@ -20,10 +20,9 @@ from msgspec.structs import replace
 
 from voz.apps.batch.locations import local_copy, stamps_path
 from voz.apps.batch.remote import is_remote, local_recording, remote_info
-from voz.checksum import sha256
 from voz.errors import ConfigError, VozError
 from voz.events import to_json
-from voz.files import atomic_write, os_errors_as_config_error, shown_path
+from voz.files import atomic_write, os_errors_as_config_error, sha256, shown_path
 
 CHECKSUM_CHUNK_BYTES = 1 << 20
 

@@ -15,7 +15,7 @@ from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.recording_level import Fault, measure_level
 from voz.errors import AudioError, SpeechError
 from voz.settings import Speech
-from voz.speech import festival
+from voz.speech import synthesis
 
 LISTENING_TIME = 1
 """How long the microphone is listened to, s."""
@@ -67,7 +67,7 @@ def check_festival(settings: Speech) -> Finding:
         return Finding(name, True, "not needed: [speech] enabled = false", required=False)
     try:
         with tempfile.TemporaryDirectory(prefix="voz-") as folder:
-            festival.render("ready", settings.voice, Path(folder) / "ready.wav")
+            synthesis.render("ready", settings.voice, Path(folder) / "ready.wav")
     except SpeechError as error:
         return failed(name, error)
     return Finding(name, True, f"speaks with the voice {settings.voice}")

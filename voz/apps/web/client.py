@@ -24,8 +24,7 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Utterance
 from voz.extras import require
 from voz.language.sentences.spelling import normalize
-from voz.public_names import PublicNames
-from voz.records import check_path, check_type
+from voz.records import PublicNames, check_path, check_type
 
 TIMEOUT = 5.0
 """For the robot to answer, s; in a network that works it takes a tenth of a second."""

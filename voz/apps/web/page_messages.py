@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from voz.apps.web.page_playback import MAX_PLAYBACK
-from voz.speech.festival import MAX_TEXT_LENGTH
+from voz.speech.synthesis import MAX_TEXT_LENGTH
 
 MIN_PAGE_RATE, MAX_PAGE_RATE = 8_000, 192_000
 """Sample rates of browsers, Hz."""

@@ -24,7 +24,7 @@ from voz.apps.web.recording_marks import RecordingMarks
 from voz.audio.sound_files import read_blocks
 from voz.errors import SpeechError
 from voz.files import read_bytes
-from voz.speech.speech_cache import cached_speech
+from voz.speech.synthesis import cached_speech
 
 RENDER_TIMEOUT = 5.0
 """For a reply to be rendered, s."""

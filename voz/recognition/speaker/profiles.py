@@ -10,7 +10,6 @@ from typing import Annotated
 import msgspec
 from msgspec.structs import replace
 
-from voz.checksum import sha256
 from voz.errors import ConfigError
 from voz.files import (
     MAX_SETTINGS_BYTES,
@@ -19,6 +18,7 @@ from voz.files import (
     os_errors_as_config_error,
     read_json,
     read_text,
+    sha256,
     shown_path,
 )
 from voz.recognition.speaker.adaptation import StartVector

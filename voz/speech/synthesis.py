@@ -1,18 +1,21 @@
-"""Text to a WAV file, by festival's `text2wave` or espeak-ng.
+"""Text to a WAV file, by festival or espeak-ng, kept in the user's cache folder.
 
 Festival (https://www.cstr.ed.ac.uk/projects/festival/) crashes on many texts, and its language is a
 programming language. So it reads plain words on its standard input, which it never evaluates, and
-its output is checked.
+its output is checked. espeak-ng (https://github.com/espeak-ng/espeak-ng) speaks other languages.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import functools
 import os
 import re
 import reprlib
 import shutil
 import signal
+import stat
 import subprocess
 import tempfile
 import threading
@@ -22,15 +25,40 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from voz.errors import SpeechError
-from voz.files import atomic_write
+from voz.files import atomic_write, sha256
 from voz.records import check_type
-from voz.speech.espeak import (
-    ESPEAK_PREFIX,
-    check_espeak_voice,
-    espeak_command,
-    is_espeak,
-    no_voice_error,
-)
+
+ESPEAK_PREFIX = "espeak-ng:"
+"""Of the names of its voices, as in `espeak-ng:es`."""
+
+_VOICE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,30}(\+[A-Za-z0-9_-]{1,20})?")
+
+
+def is_espeak(voice: str) -> bool:
+    """Whether a voice is one of espeak-ng's, by its name."""
+    return voice.startswith(ESPEAK_PREFIX)
+
+
+def check_espeak_voice(voice: str) -> None:
+    """Raise SpeechError for an impossible name; only espeak-ng knows which voices it has."""
+    if not _VOICE.fullmatch(voice.removeprefix(ESPEAK_PREFIX)):
+        raise SpeechError(f"voice {voice!a} is unknown; see `espeak-ng --voices`")
+
+
+def espeak_command(voice: str, wav: str) -> Sequence[str]:
+    """Return a command that speaks standard input into a file; SpeechError without espeak-ng."""
+    path = shutil.which("espeak-ng")
+    if path is None:
+        raise SpeechError(
+            "espeak-ng is not installed; install it with: sudo apt-get install espeak-ng"
+        )
+    return [path, "-v", voice.removeprefix(ESPEAK_PREFIX), "-w", wav, "--stdin"]
+
+
+def no_voice_error(voice: str) -> SpeechError:
+    """The error where espeak-ng wrote no sound."""
+    return SpeechError(f"voice {voice!a}: espeak-ng has no such voice; see `espeak-ng --voices`")
+
 
 VOICES = {
     "kal_diphone": "festvox-kallpc16k",
@@ -243,3 +271,93 @@ def _is_whole_wav(path: Path) -> bool:
         return False
     promised = int.from_bytes(header[4:8], "little") + 8
     return header.startswith(b"RIFF") and size == promised and size > WAV_HEADER_BYTES
+
+
+CACHE_FORMAT = 1
+"""To be raised when the same text and voice are to give another file."""
+
+_KNOWN_TEXTS: set[tuple[str, str]] = set()
+"""Text and voice of what `cached_speech` has returned in this process."""
+
+
+def cached_speech(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
+    """Return a WAV file of a text, which is rendered the first time; raises SpeechError.
+
+    It is in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be written or is
+    another user's, in a temporary folder of this process. The arguments are those of `render`.
+    """
+    plain = speakable(text, voice)
+    check_known(voice)
+    folder = _cache_folder()
+    key = sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    try:
+        wav = _find_in(folder, key) or _render_into(folder, key, plain, voice, cancelled)
+    except OSError as error:
+        raise SpeechError(f"{folder}: cannot be used ({error.strerror}); remove it") from error
+    _KNOWN_TEXTS.add((plain, voice))
+    return wav
+
+
+def is_cached(text: str, voice: str) -> bool:
+    """Whether `cached_speech` has returned a file before; the disk is not asked."""
+    return (speakable(text, voice), voice) in _KNOWN_TEXTS
+
+
+def _render_into(
+    folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
+) -> Path:
+    # In the cache folder, so that the finished file can be renamed.
+    with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
+        wav = synthesize_speech(plain, voice, Path(work), cancelled)
+        target = folder / f"{key}-{_digest_of_own(wav)}.wav"
+        wav.replace(target)  # a link too, and not what it points to
+    return target
+
+
+def _find_in(folder: Path, key: str) -> Path | None:
+    """Find a file in the cache; damaged ones are removed."""
+    for path in folder.glob(f"{key}-*.wav"):
+        if path.name == f"{key}-{_digest_of_own(path)}.wav":
+            return path
+        path.unlink(missing_ok=True)
+    return None
+
+
+def _digest_of_own(path: Path) -> str | None:
+    """Digest a file; None if it is not a regular one of this user."""
+    try:
+        # Links are not followed, and a pipe is not waited for.
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid():
+            return None
+        digest = sha256()
+        while block := file.read(2**16):
+            digest.update(block)
+    return digest.hexdigest()[:32]
+
+
+def _cache_folder() -> Path:
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not base.is_absolute():  # the XDG standard: a relative one is to be ignored
+            base = Path.home() / ".cache"
+        folder = base / "voz" / "speech"
+        folder.mkdir(parents=True, exist_ok=True)
+        if folder.stat().st_uid != os.geteuid():  # its owner could replace files at any time
+            return _private_folder()
+        # Only writing shows whether it is allowed: for root, permissions mean nothing.
+        tempfile.TemporaryFile(dir=folder).close()
+    except (OSError, RuntimeError):  # RuntimeError: there is no home folder
+        return _private_folder()
+    return folder
+
+
+@functools.cache
+def _private_folder() -> Path:
+    folder = tempfile.mkdtemp(prefix="voz-speech-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)

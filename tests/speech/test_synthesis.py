@@ -1,7 +1,12 @@
+"""Voices of espeak-ng, the real program."""
+
 from __future__ import annotations
 
+import os
 import subprocess
+import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +17,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from voz.errors import SpeechError
-from voz.speech import festival
-from voz.speech.festival import VOICES, installed_voices, render, speakable
-from voz.speech.speech_cache import cached_speech
+from voz.speech import synthesis
+from voz.speech.synthesis import (
+    VOICES,
+    cached_speech,
+    check_known,
+    installed_voices,
+    is_cached,
+    render,
+    speakable,
+)
 
 REPLY = "bep bep. I am listening you"
 KAL = "kal_diphone"
@@ -59,7 +71,7 @@ def test_festival_is_given_plain_words_or_nothing(text: str) -> None:
         return
     assert plain.isascii()
     assert plain.isprintable()
-    assert all(festival.SPEAKABLE.search(word) for word in plain.split(" "))
+    assert all(synthesis.SPEAKABLE.search(word) for word in plain.split(" "))
     assert speakable(plain) == plain
 
 
@@ -70,7 +82,7 @@ CRASHING = [
     "é",
     "a\x00b\x07",
     "\ud800 lone surrogate",
-    "x" * festival.MAX_WORD_LENGTH,
+    "x" * synthesis.MAX_WORD_LENGTH,
 ]
 
 
@@ -189,7 +201,7 @@ def test_a_festival_that_hangs_is_ended_with_its_children(
 def test_a_text_that_is_not_wanted_any_more_ends_festival(
     slow_festival: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
+    monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 60.0)
     cancelled = threading.Event()
     timer = threading.Timer(0.5, cancelled.set)
     timer.start()
@@ -225,3 +237,146 @@ def test_nothing_is_left_in_the_temporary_folder(scratch: Path, tmp_path: Path) 
     render(REPLY, KAL, tmp_path / "out.wav")
     cached_speech(REPLY, KAL)
     assert list(scratch.iterdir()) == []
+
+
+def test_a_text_keeps_the_letters_of_its_language(tmp_path: Path) -> None:
+    assert speakable("¡Señal,\n más!", "espeak-ng:es") == "¡Señal, más!"
+    assert speakable("стоп", "espeak-ng:ru") == "стоп"
+    render("señal", "espeak-ng:es", tmp_path / "n.wav")
+    render("senal", "espeak-ng:es", tmp_path / "plain.wav")
+    one, other = (soundfile.read(tmp_path / name)[0] for name in ("n.wav", "plain.wav"))
+    assert len(one) != len(other)
+
+
+@pytest.mark.parametrize(
+    "voice", ["espeak-ng:", "espeak-ng:../es", "espeak-ng:-w", "espeak-ng:a b"]
+)
+def test_a_name_that_is_no_voice_is_refused(voice: str) -> None:
+    with pytest.raises(SpeechError, match="is unknown"):
+        check_known(voice)
+
+
+def test_a_voice_that_espeak_does_not_have_is_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(SpeechError, match="has no such voice"):
+        render("hola", "espeak-ng:nobody", tmp_path / "x.wav")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_was_said_once_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    first = cached_speech("ya no escucho", "espeak-ng:es")
+    assert cached_speech("ya no  escucho", "espeak-ng:es") == first
+    assert is_cached("ya no escucho", "espeak-ng:es")
+    assert not is_cached("ya no escucho", "espeak-ng:es-419")
+
+
+def test_without_espeak_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(SpeechError, match="apt-get install espeak-ng"):
+        render("hola", "espeak-ng:es", tmp_path / "x.wav")
+
+
+REPLY = "bep bep. I am listening you"
+KAL = "kal_diphone"
+
+
+def test_a_cached_reply_needs_no_festival(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = cached_speech(REPLY, KAL)
+    monkeypatch.setenv("PATH", "")
+    assert cached_speech(f"  {REPLY}\n", KAL) == first
+    assert list(cache.iterdir()) == [first]
+
+
+def test_whether_a_reply_is_cached_is_known() -> None:
+    assert not is_cached(REPLY, KAL)
+    cached_speech(REPLY, KAL)
+    assert is_cached(f"  {REPLY}\n", KAL)
+    assert not is_cached(REPLY, "ked_diphone")
+
+
+@pytest.mark.slow
+def test_another_text_or_voice_has_its_own_file() -> None:
+    files = {cached_speech("stop", KAL), cached_speech("stop now", KAL)}
+    files |= {cached_speech("stop", voice) for voice in installed_voices()}
+    assert len(files) == len(installed_voices()) + 1
+
+
+@pytest.mark.parametrize("harm", ["emptied", "cut", "overwritten", "changed in one bit"])
+def test_a_damaged_cache_file_is_rendered_anew(harm: str) -> None:
+    wav = cached_speech(REPLY, KAL)
+    whole = wav.read_bytes()
+    changed = bytearray(whole)
+    changed[-1] ^= 1
+    damaged = {"emptied": b"", "cut": whole[:-1000], "overwritten": b"x" * 5000}
+    wav.write_bytes(damaged.get(harm, changed))
+    assert cached_speech(REPLY, KAL) == wav
+    assert wav.read_bytes() == whole
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_link_in_the_cache_is_replaced_and_not_what_it_points_to(
+    whole: bool, tmp_path: Path
+) -> None:
+    wav = cached_speech(REPLY, KAL)
+    precious = tmp_path / "precious"
+    precious.write_bytes(wav.read_bytes() if whole else b"precious")
+    before = precious.read_bytes()
+    wav.unlink()
+    wav.symlink_to(precious)
+    assert cached_speech(REPLY, KAL) == wav
+    assert not wav.is_symlink()
+    assert precious.read_bytes() == before
+
+
+def test_a_pipe_in_the_cache_is_not_waited_for() -> None:
+    wav = cached_speech(REPLY, KAL)
+    wav.unlink()
+    os.mkfifo(wav)
+    assert is_cached(REPLY, KAL)
+    assert soundfile.info(cached_speech(REPLY, KAL)).frames > 0
+
+
+def test_the_cache_of_another_user_is_not_used(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cached_speech(REPLY, KAL)
+    synthesis._private_folder.cache_clear()
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    assert cached_speech(REPLY, KAL).parent != cache
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    synthesis._private_folder.cache_clear()
+    wav = cached_speech(REPLY, KAL)
+    assert soundfile.info(wav).frames > 0
+    assert cached_speech(REPLY, KAL) == wav
+
+
+def test_a_relative_cache_folder_is_ignored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cached_speech(REPLY, KAL).parent == tmp_path / ".cache" / "voz" / "speech"
+
+
+@pytest.mark.slow
+def test_many_at_once_do_not_harm_each_other(cache: Path) -> None:
+    call = f"cached_speech({REPLY!r}, {KAL!r})"
+    script = f"from voz.speech.synthesis import cached_speech; print({call})"
+
+    def run(_: int) -> str:
+        command = [sys.executable, "-c", script]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    with ThreadPoolExecutor(4) as pool:
+        paths = set(pool.map(run, range(4)))
+    assert len(paths) == 1
+    assert [str(path) for path in cache.iterdir()] == [paths.pop().strip()]
+    assert soundfile.info(next(cache.iterdir())).frames > 0

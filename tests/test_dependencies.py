@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from make_constraints import TARGETS, Target, merged
 from packaging.requirements import Requirement
 from packaging.version import Version
 from recordings import ROOT
@@ -53,3 +57,27 @@ def test_the_constraints_fit_the_ranges() -> None:
             assert pinned.version in REQUIRED[one.name].specifier, one
         if one.name in MENDED_IN:
             assert Version(pinned.version) >= Version(MENDED_IN[one.name])
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(TARGETS),
+        st.dictionaries(st.sampled_from(["one", "two"]), st.sampled_from(["1.0", "2.0", "3.0"])),
+    )
+)
+def test_each_target_of_the_constraints_gets_back_its_versions(
+    found: dict[Target, dict[str, str]],
+) -> None:
+    lines = [Requirement(line) for line in merged(found)]
+    for target, versions in found.items():
+        place = {"python_version": target.python, "platform_machine": target.machine}
+        got = [one for one in lines if not one.marker or one.marker.evaluate(place)]
+        assert {one.name: str(one.specifier) for one in got} == {
+            name: f"=={version}" for name, version in versions.items()
+        }
+
+
+def test_the_dockerfile_installs_what_the_installation_installs() -> None:
+    script, docker = ((ROOT / name).read_text() for name in ("tools/install.sh", "Dockerfile"))
+    (packages,) = re.findall(r'^packages="(.*)"$', script, re.MULTILINE)
+    assert set(packages.split()) <= set(docker.split())

@@ -278,10 +278,6 @@ def test_without_espeak_it_says_what_to_install(
         render("hola", "espeak-ng:es", tmp_path / "x.wav")
 
 
-REPLY = "bep bep. I am listening you"
-KAL = "kal_diphone"
-
-
 def test_a_cached_reply_needs_no_festival(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = cached_speech(REPLY, KAL)
     monkeypatch.setenv("PATH", "")

@@ -56,15 +56,15 @@ if TYPE_CHECKING:
     from voz.recognition.recognizer import Recognizer
     from voz.robot.base import Robot
     from voz.settings import Recognition, Safety
+    from voz.speech.builtin_sounds import BuiltinSound
     from voz.speech.sound_client import SoundClient
-    from voz.speech.sounds import BuiltinSound
 
 __version__ = "0.1.0"
 
 _WHERE = {
     "Alternative": "voz.events",
     "Attention": "voz.events",
-    "BuiltinSound": "voz.speech.sounds",
+    "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
     "Client": "voz.apps.web.client",
     "Config": "voz.config",

@@ -23,7 +23,7 @@ from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.recording_level import RecordingLevel
 from voz.audio.sound_files import read_sound
 from voz.cli.audio_commands import level_report
-from voz.speech.sounds import BuiltinSound, synthesize_sound
+from voz.speech.builtin_sounds import BuiltinSound, synthesize_sound
 
 
 @pytest.mark.slow

@@ -23,8 +23,8 @@ from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import synthesis
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.sound_client import MAX_RENDERERS, SoundClient, mixer_of
-from voz.speech.sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.synthesis import cached_speech, is_cached
 
 KAL, KED = "kal_diphone", "ked_diphone"
@@ -356,7 +356,7 @@ def test_a_client_that_blocks_says_one_thing_after_the_other(
 
 NO_DEVICE = """
 import logging, sys
-from voz.speech.sounds import BuiltinSound
+from voz.speech.builtin_sounds import BuiltinSound
 from voz.speech.sound_client import SoundClient
 logging.basicConfig(stream=sys.stdout, format="%(message)s")
 with SoundClient() as client:

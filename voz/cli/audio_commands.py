@@ -202,7 +202,7 @@ def sound(
 
     Example: voz sound backing-up --volume 0.5
     """
-    from voz.speech.sounds import BuiltinSound
+    from voz.speech.builtin_sounds import BuiltinSound
 
     builtin = {each.title: each for each in BuiltinSound}
     if list_sounds:

@@ -115,7 +115,7 @@ def _replies_on_robotsound(voice: str) -> Receiver:
     from rospy import Publisher
 
     from voz.ros1.messages import ONCE, PLAY_FILE, SAY, TOPIC, sound_request
-    from voz.speech.sounds import BuiltinSound
+    from voz.speech.builtin_sounds import BuiltinSound
 
     kind = sound_request()
     publisher = Publisher(TOPIC, kind, queue_size=10)

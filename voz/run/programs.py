@@ -24,7 +24,7 @@ from voz.events import Call, Ended, Event, Run
 from voz.printable import printable_output
 from voz.process.forks import ends_forks
 from voz.robot.user_code import describe_error, import_target, is_by_signal
-from voz.speech.sounds import BuiltinSound
+from voz.speech.builtin_sounds import BuiltinSound
 
 MAX_PROGRAMS = 8
 """Programs and functions that run at once; more are not started."""

@@ -10,24 +10,116 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from voz.audio.mixer import Mixer
-from voz.audio.playback import PLAYBACK_RATE, trim_leading_silence
+from voz.audio.playback import PLAYBACK_RATE, PlayingSound, Wave, trim_leading_silence
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError
 from voz.printable import shown_value
 from voz.records import PublicNames, check_callable, check_path, check_type, is_finite, is_number
-from voz.speech.sounds import (
-    ALL,
-    SPOKEN,
-    BuiltinSound,
-    RequestedSound,
-    RequestedSounds,
-    SoundKey,
-    synthesize_sound,
-)
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.synthesis import ESPEAK_PREFIX, cached_speech, check_known, is_cached, speakable
+
+SoundKey: TypeAlias = tuple[str, ...]
+"""The kind of a sound, then its name, its path, or its text and voice."""
+
+SPOKEN = "voice"
+"""The kind of speech."""
+
+
+class RequestedSound:
+    """A requested sound, and the playing one once it has begun.
+
+    Args:
+        volume: limited to 0 to 1.
+        repeats: whether it repeats until it is stopped.
+        text: what it says, if it is speech.
+
+    Raises:
+        SpeechError: the volume is no number.
+    """
+
+    def __init__(self, volume: float, repeats: bool, text: str | None = None) -> None:
+        if not is_number(volume):
+            raise SpeechError(f"a volume is a number from 0 to 1, and no {type(volume).__name__}")
+        self.volume = min(max(0.0, volume), 1.0)  # in this order NaN is silence
+        self.repeats = repeats
+        self.text = text
+        self.error: VozError | None = None
+        self.decided = threading.Event()  # it has begun, or never will
+        self.source: PlayingSound | None = None
+
+    @property
+    def over(self) -> bool:
+        """Whether it will not be heard any more."""
+        return self.decided.is_set() and (self.source is None or self.source.over)
+
+
+class RequestedSounds:
+    """All requested sounds, one of each key; thread-safe."""
+
+    def __init__(self, mixer: Mixer) -> None:
+        self._mixer = mixer
+        self._lock = threading.Lock()
+        self._sounds: dict[SoundKey, RequestedSound] = {}
+        self._closed = False
+
+    def add(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
+        """Add a sound that is to begin; it replaces the one with the same key."""
+        sound = RequestedSound(volume, repeats, key[1] if key[0] == SPOKEN else None)
+        self.stop(key)
+        with self._lock:
+            if self._closed:
+                sound.decided.set()
+            self._sounds = {k: one for k, one in self._sounds.items() if not one.over}
+            self._sounds[key] = sound
+        return sound
+
+    def begin(self, sound: RequestedSound, wave: Wave) -> None:
+        """Play a sound, unless it was stopped meanwhile."""
+        with self._lock:
+            if not sound.decided.is_set():
+                sound.source = self._mixer.play(wave, sound.volume, sound.repeats, sound.text)
+                sound.decided.set()
+
+    def fail(self, sound: RequestedSound, error: VozError) -> bool:
+        """Note that a sound cannot be played; returns False if it was stopped meanwhile."""
+        with self._lock:
+            if sound.decided.is_set():
+                return False
+            sound.error = error
+            sound.decided.set()
+            return True
+
+    def stop(self, beginning: SoundKey = ()) -> None:
+        """Stop all sounds whose keys begin like this."""
+        with self._lock:
+            for key, sound in self._sounds.items():
+                if key[: len(beginning)] == beginning:
+                    sound.decided.set()
+                    if sound.source:
+                        self._mixer.stop(sound.source)
+
+    def wait(self, sound: RequestedSound) -> None:
+        """Wait until a sound has ended; raises the error that prevented it."""
+        sound.decided.wait()
+        if sound.source:
+            self._mixer.wait(sound.source)
+        if sound.error:
+            raise sound.error
+
+    def without_repeating(self) -> list[RequestedSound]:
+        """The sounds that do not repeat."""
+        with self._lock:
+            return [sound for sound in self._sounds.values() if not sound.repeats]
+
+    def close(self) -> None:
+        """Stop all sounds, and start no more."""
+        with self._lock:
+            self._closed = True
+        self.stop()
+
 
 _log = logging.getLogger("voz")
 

@@ -22,6 +22,7 @@ from voz.control.attention import (
     is_asleep,
     put_question,
     question_about,
+    shared_ends,
     wake,
 )
 from voz.events import Attention, Event, PossibleCommand, Reply, Twist, Utterance
@@ -325,3 +326,19 @@ def test_twists_go_on_while_it_sleeps() -> None:
     controller, events = a_controller()
     controller.send(0.0)
     assert [type(event) for event in events] == [Attention, Twist]
+
+
+LETTERS = st.lists(st.sampled_from("ab"), max_size=6)
+
+
+@given(LETTERS, LETTERS)
+def test_what_is_shared_is_the_same_and_what_is_next_to_it_is_not(
+    one: list[str], other: list[str]
+) -> None:
+    begin, end = shared_ends(one, other)
+    assert one[:begin] == other[:begin]
+    assert one[len(one) - end :] == other[len(other) - end :]
+    first, second = one[begin : len(one) - end], other[begin : len(other) - end]
+    if first and second:
+        assert first[0] != second[0]
+        assert first[-1] != second[-1]

@@ -14,14 +14,14 @@ A robot without a name is always awake. One that has asked something stays awake
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import takewhile
 
 import msgspec
 from msgspec.structs import replace
 
 from voz.control.table import CommandTable, can_move
 from voz.events import NO, YES, PossibleCommand, Utterance
-from voz.sequences import shared_ends
 from voz.settings import Ask
 
 AWAKE_SECONDS = 8.0
@@ -119,3 +119,17 @@ def differing_words(one: str, other: str) -> tuple[str, str]:
         else:
             begin -= 1
     return " ".join(first[begin : len(first) - end]), " ".join(second[begin : len(second) - end])
+
+
+def shared_ends(first: Sequence[str], second: Sequence[str]) -> tuple[int, int]:
+    """Count the words that two sentences share at their beginning, and behind these at their end.
+
+    Both counts together are at most the length of the shorter one.
+    """
+    begin = _shared(first, second)
+    return begin, _shared(reversed(first[begin:]), reversed(second[begin:]))
+
+
+def _shared(first: Iterable[str], second: Iterable[str]) -> int:
+    same = (one == other for one, other in zip(first, second, strict=False))
+    return sum(1 for _ in takewhile(bool, same))

@@ -71,8 +71,12 @@ def test_each_target_of_the_constraints_gets_back_its_versions(
     lines = [Requirement(line) for line in merged(found)]
     for target, versions in found.items():
         place = {"python_version": target.python, "platform_machine": target.machine}
-        got = [one for one in lines if not one.marker or one.marker.evaluate(place)]
-        assert {one.name: str(one.specifier) for one in got} == {
+        got = {
+            one.name: str(one.specifier)
+            for one in lines
+            if not one.marker or one.marker.evaluate(place)
+        }
+        assert {name: got[name] for name in versions} == {
             name: f"=={version}" for name, version in versions.items()
         }
 

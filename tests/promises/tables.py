@@ -61,15 +61,21 @@ def times() -> Iterator[str]:
     """Run the matrix, and yield the lines of a table of how soon the robot stands."""
     yield "| | stands after `stop`, s | after a loss, s | and has moved by then, m |"
     yield "|---|---|---|---|"
+    doors: dict[str, list[str]] = {}
     for door in DOORS:
-        if not [*_stops(door)]:
-            continue
-        stop = max(_after_stop(door, promise) for promise in _stops(door))
-        losses = [_after_loss(door, loss) for loss in _losses(door)]
-        lost = " | "
-        if losses:
-            lost = f"{max(s for s, _ in losses):.2f} | {max(m for _, m in losses):.3f}"
-        yield f"| {door.name} | {stop:.2f} | {lost} |"
+        if [*_stops(door)]:
+            doors.setdefault(_how_soon(door), []).append(door.name)
+    for cells, names in doors.items():
+        yield f"| {'; '.join(names)} | {cells} |"
+
+
+def _how_soon(door: Door) -> str:
+    """The cells of a door, of its slowest run."""
+    stop = max(_after_stop(door, promise) for promise in _stops(door))
+    losses = [_after_loss(door, loss) for loss in _losses(door)]
+    if not losses:
+        return f"{stop:.2f} | |"
+    return f"{stop:.2f} | {max(s for s, _ in losses):.2f} | {max(m for _, m in losses):.3f}"
 
 
 def _stops(door: Door) -> Iterator[Promise]:

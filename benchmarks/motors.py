@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine, one_line_errors
 
+import voz
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import estimate_text
@@ -33,9 +34,8 @@ from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer, open_stream
 from voz.recognition.stream import Stream
 from voz.robot.simulation.simulator import SimulatedRobot
-from voz.run.controller import Controller
 from voz.run.sources import text_utterance
-from voz.settings import Recognition, Safety, Simulator
+from voz.settings import Recognition, Simulator
 
 BLOCK = 480
 """Samples that the microphone hands over at a time, 30 ms."""
@@ -102,7 +102,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
             obeyed.append(event)
 
     robot = SimulatedRobot(Simulator())
-    driven = Controller([robot.receive, note], Safety(), listening=True)
+    driven = voz.Controller([robot.receive, note], listening=True)
     for begin in range(0, len(room) - BLOCK, BLOCK):
         now = (begin + BLOCK) / SAMPLE_RATE
         if begin / SAMPLE_RATE <= DRIVES_AT < now:

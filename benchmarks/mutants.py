@@ -61,14 +61,16 @@ class Target:
     only: frozenset[str] = frozenset()
 
 
-MODULES = ("motion", "state_machine", "safety", "table", "bounded_motion", "attention", "steps")
+MODULES = (
+    "motion", "state_machine", "safety", "table", "bounded_motion", "attention", "steps",
+    "messages", "controller",
+)  # fmt: skip
 CONTROL = tuple(f"tests/control/test_{name}.py" for name in MODULES)
-RUN = ("tests/run/test_controller.py", "tests/run/test_watch.py")
 
 
 def own_first(name: str) -> tuple[str, ...]:
     """The tests of `voz/control`, those of a module first."""
-    return tuple(sorted((*CONTROL, *RUN), key=lambda test: f"test_{name}" not in test))
+    return tuple(sorted(CONTROL, key=lambda test: f"test_{name}" not in test))
 
 
 LOCK = ("tests/apps/web/test_parts.py", "tests/apps/web/test_driving_page.py")
@@ -78,8 +80,9 @@ WATCHDOG = frozenset(
 
 TARGETS = [
     *(Target(f"voz/control/{name}.py", own_first(name)) for name in MODULES),
-    Target("voz/run/controller.py", (*RUN, "tests/control/test_attention.py", *CONTROL)),
-    Target("voz/run/watch.py", RUN[::-1]),
+    Target("voz/run/dispatcher.py", ("tests/run/test_dispatcher.py",)),
+    Target("voz/run/watch.py", ("tests/run/test_watch.py",)),
+    Target("voz/inbox.py", ("tests/test_inbox.py",)),
     Target("voz/robot/child.py", ("tests/robot/test_child.py",), WATCHDOG),
     Target("voz/apps/web/driver_lock.py", LOCK),
 ]
@@ -103,16 +106,11 @@ EQUIVALENT = {
         "_check: {True, False} <= _answers(table, state) -> "
         "{True, False} < _answers(table, state)": "what asks is no answer: there is a third value",
     },
-    "voz/run/controller.py": {
-        "Controller: __init__: self._last_command = 0.0 -> self._last_command = 1.0": READ_LATER,
-        "Controller: __init__: self._unwatched_until = math.inf -> pass": READ_LATER,
-        "Controller: __init__: Attention(0.0, awake=True) -> Attention(1.0, awake=True)": (
+    "voz/control/controller.py": {
+        "ControllerState: last_command: float = 0.0 -> last_command: float = 1.0": READ_LATER,
+        "ControllerState: Attention(0.0, awake=True) -> Attention(1.0, awake=True)": (
             "its time is not looked at"
         ),
-    },
-    "voz/run/watch.py": {
-        "Watch: __init__: self._commanded = False -> pass": READ_LATER,
-        "Watch: __init__: self._commanded = False -> self._commanded = True": READ_LATER,
     },
     "voz/apps/web/driver_lock.py": {
         "DriverLock: __init__: self._last_answer = 0.0 -> pass": READ_LATER,

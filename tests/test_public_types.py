@@ -100,6 +100,8 @@ FUNCTIONS: dict[str, Callable[[Recognizer], Call]] = {
     "Controller.hear": lambda _: (drives().hear, (SAID, False)),
     "Controller.send": lambda _: (drives().send, (1.0,)),
     "Controller.stop": lambda _: (drives().stop, (1.0, "why")),
+    "Controller.take": lambda _: (drives().take, (SAID, 1.0)),
+    "Controller.emit": lambda _: (drives().emit, (SAID,)),
     "Controller.zero": lambda _: (drives().zero, (1.0,)),
     "Controller.run": lambda _: (drives().run, ([],)),
     "Recognizer": lambda r: (voz.Recognizer, (r.files, voz.Recognition(), None, False)),

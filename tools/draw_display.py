@@ -11,12 +11,12 @@ from types import SimpleNamespace
 
 from rich.console import Console
 
+import voz
 from voz.audio.sound_files import read_blocks
 from voz.events import shift_time
 from voz.language.language_files import find_language
 from voz.recognition.recognizer import Recognizer
-from voz.run.controller import Controller
-from voz.settings import Recognition, Safety
+from voz.settings import Recognition
 from voz.terminal.display import Display
 
 ROOT = Path(__file__).parent.parent
@@ -35,7 +35,7 @@ def main() -> None:
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
     sound = SimpleNamespace(peak=0.12, background=-64.0, deaf=False, device="USB Audio Device")
-    controller = Controller([], Safety())
+    controller = voz.Controller([])
     display = Display(sound, controller, lambda: "")
     controller.receivers.append(display.receive)
     now = 0.0

@@ -11,20 +11,23 @@ from typing import Any
 
 import msgspec
 
-from voz.config import Config
+from voz.config import Config, default_commands
 from voz.control.bounded_motion import Place
+from voz.control.controller import ControllerState, Rules, change_rules
+from voz.control.messages import Beat, End, StopMotion, too_late
+from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Partial, Receiver, Utterance, shift_time
 from voz.hearing.microphone_thread import Hearing, sound_card
-from voz.inbox import End, Inbox
+from voz.inbox import Inbox
 from voz.recognition.live_utterances import MicrophoneUtterances
-from voz.records import PublicNames, check_callable, check_iterable, check_type
+from voz.records import check_callable, check_iterable, check_type
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
-from voz.run.controller import Controller, check_time, is_time
+from voz.run.dispatcher import Dispatcher, check_time, is_time
 from voz.run.session import Session, answer_receiver
 from voz.settings import Safety
 
@@ -34,7 +37,7 @@ ROBOT = "robot"
 """Name of the robot in messages."""
 
 
-class RobotController(PublicNames):
+class RobotController(Dispatcher):
     """Obeys commands and sends velocities to a robot.
 
         with voz.Controller(robot, safety=voz.Safety(max_linear=0.2)) as controller:
@@ -74,47 +77,33 @@ class RobotController(PublicNames):
         check_type((Safety, type(None)), safety, "safety")
         check_type((CommandTable, type(None)), table, "table")
         check_callable(odometry, "odometry")
+        check_type(bool, listening, "listening")
+        rules = Rules(table or _table(commands) or default_commands(), safety or Safety())
+        receivers = [] if isinstance(robot, Robot) else robot
+        super().__init__(ControllerState(rules, State(listening=listening)), receivers, odometry)
         self._robot = robot if isinstance(robot, Robot) else None
         self._opened = ExitStack()
         self._now = 0.0  # the time of the run that was reached, s
-        receivers = [] if isinstance(robot, Robot) else robot
-        table = table or _table(commands)
-        self._controller = Controller(receivers, safety or Safety(), listening, table, odometry)
 
     def __enter__(self) -> RobotController:
         """Open the robot; raises RobotError if it cannot be reached."""
         if self._robot:
             boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, _log.error))
             receive = boxes[ROBOT].receive
-            self._controller.receivers.append(receive)
-            self._opened.callback(self._controller.receivers.remove, receive)
+            self.receivers.append(receive)
+            self._opened.callback(self.receivers.remove, receive)
             self._lost = boxes[ROBOT].lost
-            self._controller.odometry = odometry_of({ROBOT: self._robot})
+            self.odometry = odometry_of({ROBOT: self._robot})
         return self
 
     def __exit__(self, *_: object) -> None:
         """Stop the robot and close it; raises what a receiver raises, after that."""
-        if self._controller.is_forked:
+        if self.is_forked:
             self._opened.pop_all()  # the process that it comes from stops the robot and closes it
             return
         with self._opened:
             self.halt()
             self.zero(self._now)
-
-    @property
-    def velocities(self) -> tuple[float, float]:
-        """The velocities that are sent now, m/s and rad/s."""
-        return self._controller.velocities
-
-    @property
-    def moving(self) -> bool:
-        """Whether the robot is asked to move."""
-        return self._controller.moving
-
-    @property
-    def listening(self) -> bool:
-        """Whether commands are obeyed."""
-        return self._controller.listening
 
     def hear(self, event: Utterance | Partial, late: bool = False) -> None:
         """Obey an utterance if it is accepted; halt at what may be a command that stops.
@@ -128,7 +117,7 @@ class RobotController(PublicNames):
         """
         check_type((Utterance, Partial), event, "event")
         check_type(bool, late, "late")
-        self._controller.hear(event, late)
+        self.take(too_late(event) if late else event, event.t)
 
     def send(self, now: float) -> None:
         """Let time pass until `now`, s of the run, and send the velocities once.
@@ -139,11 +128,7 @@ class RobotController(PublicNames):
         """
         check_time(now)
         self._now = now
-        self._controller.send(now)
-
-    def halt(self) -> None:
-        """Ask the robot to stand still from now on."""
-        self._controller.halt()
+        self.take(Beat(), now)
 
     def stop(self, now: float, why: str) -> None:
         """End the motion until a new command.
@@ -155,11 +140,11 @@ class RobotController(PublicNames):
         Raises:
             ConfigError: the time is no number; the motion is ended all the same.
         """
-        self._controller.stop(now, why)
+        self.take(StopMotion(why), now)
 
     def zero(self, now: float) -> None:
         """Send zero velocity once, at a time of the run, s; ConfigError afterward if it is none."""
-        self._controller.zero(now if is_time(now) else self._now)
+        super().zero(now if is_time(now) else self._now)
         check_time(now)
 
     def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
@@ -178,11 +163,11 @@ class RobotController(PublicNames):
                 or something else is heard.
         """
         check_iterable(heard, "heard")
-        if self._robot and not self._controller.receivers:
+        if self._robot and not self.receivers:
             raise ConfigError("the robot is not open; use `with voz.Controller(...)`")
-        inbox = Inbox(self._controller.table.halts)
+        inbox = Inbox(self.state.rules.table.halts)
         clock = WallClock(inbox)
-        session = Session(clock, self._controller)
+        session = Session(clock, self)
         if self._robot:
             session.watch({ROBOT: self._lost})
         with ExitStack() as parts:
@@ -201,9 +186,8 @@ class RobotController(PublicNames):
     def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: WallClock) -> Hearing:
         heard.close()  # it is opened again after each loss
         recognizer = heard.recognizer
-        controller = self._controller
-        controller.name, controller.ask = recognizer.name, recognizer.ask
-        table = controller.table
+        self.state = change_rules(self.state, name=recognizer.name, ask=recognizer.ask)
+        table = self.state.rules.table
         check_list(recognizer.commands, table, "the list")
         if not self.listening and not begins_listening(recognizer.commands, table):
             raise ConfigError(

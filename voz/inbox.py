@@ -8,71 +8,11 @@ import time
 from collections import deque
 from collections.abc import Collection
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
 
-from voz.events import Ended, Notice, Partial, Utterance
-
-if TYPE_CHECKING:
-    from voz.control.table import CommandTable
+from voz.control.messages import Message, may_be_dropped, overtakes, too_late
 
 MAX_QUEUED_MESSAGES = 64
 """Limit for messages that stop, and for others; nobody says so much in 0.1 s."""
-
-
-@dataclass(frozen=True)
-class Halt:
-    """The robot is to stand still, by a key or a button.
-
-    Attributes:
-        why: for people.
-        t: time of the run, s.
-    """
-
-    why: str = "stopped by a key"
-    t: float = 0.0
-
-
-@dataclass(frozen=True)
-class Rehearsal:
-    """Begin or end a rehearsal: commands are understood, but not obeyed. Never dropped."""
-
-    on: bool
-
-
-@dataclass(frozen=True)
-class Renewal:
-    """The commands are being renewed, or were: meanwhile nothing moves. Never dropped.
-
-    Attributes:
-        why: for people.
-        t: time of the run, s.
-        under_way: whether it has begun, else it is over.
-        table: what the commands do from now on; None if all is as before.
-    """
-
-    why: str
-    t: float
-    under_way: bool
-    table: CommandTable | None = None
-
-
-@dataclass(frozen=True)
-class End:
-    """The run is over, or has failed by an error."""
-
-    error: BaseException | None = None
-
-
-Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | Renewal | End
-
-
-@dataclass(frozen=True)
-class TakenMessage:
-    """A message, and whether a later one that stops the robot was taken before it."""
-
-    message: Message
-    overtaken: bool
 
 
 class Inbox:
@@ -100,23 +40,21 @@ class Inbox:
     def put(self, message: Message) -> None:
         """Add a message; if too many wait, it is dropped and counted."""
         number = next(self._numbers)
-        if self._stops(message):
+        waiting = self._usual
+        if overtakes(message, self.halts):
             self._newest_stop = number
             waiting = self._urgent
-        else:
-            waiting = self._usual
-        never_dropped = isinstance(message, Rehearsal | Renewal | End)
-        if len(waiting) >= MAX_QUEUED_MESSAGES and not never_dropped:
+        if len(waiting) >= MAX_QUEUED_MESSAGES and may_be_dropped(message):
             self.dropped += 1  # of those that stop, enough are on their way
             return
         waiting.append((number, message))
         with suppress(RuntimeError):  # not held: whoever takes messages is awake already
             self._arrived.release()
 
-    def take(self, timeout: float) -> TakenMessage | None:
+    def take(self, timeout: float) -> Message | None:
         """Take what stops the robot, else the oldest message; None if none came in `timeout` s.
 
-        On one thread only.
+        A command that a stop has overtaken is marked as too late. On one thread only.
         """
         until = time.monotonic() + timeout
         while self.is_empty:
@@ -124,20 +62,13 @@ class Inbox:
             if left <= 0 or not self._arrived.acquire(timeout=left):
                 break
         if self._urgent:
-            return TakenMessage(self._urgent.popleft()[1], False)
+            return self._urgent.popleft()[1]
         if not self._usual:
             return None
         number, message = self._usual.popleft()
-        return TakenMessage(message, number < self._newest_stop)
+        return too_late(message) if number < self._newest_stop else message
 
     @property
     def is_empty(self) -> bool:
         """Whether all messages were taken."""
         return not self._urgent and not self._usual
-
-    def _stops(self, message: Message) -> bool:
-        if isinstance(message, Utterance):
-            return message.accepted and message.name in self.halts
-        return isinstance(message, Halt | Rehearsal | Renewal | End) or (
-            isinstance(message, Partial) and message.name in self.halts
-        )

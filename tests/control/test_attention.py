@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from controlled import Controlled
 from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -25,20 +26,17 @@ from voz.control.attention import (
     shared_ends,
     wake,
 )
+from voz.control.messages import Renewal
 from voz.events import Attention, Event, PossibleCommand, Reply, Twist, Utterance
-from voz.inbox import Renewal
-from voz.run.controller import Controller
-from voz.settings import Ask, Safety
+from voz.settings import Ask
 
 NAME = "hey robot"
 TABLE = default_commands()
 
 
-def a_controller(name: str = NAME, ask: Ask = "never") -> tuple[Controller, list[Event]]:
-    events: list[Event] = []
-    controller = Controller([events.append], Safety(), listening=True)
-    controller.name, controller.ask = name, ask
-    return controller, events
+def a_controller(name: str = NAME, ask: Ask = "never") -> tuple[Controlled, list[Event]]:
+    controller = Controlled(name=name, ask=ask)
+    return controller, controller.events
 
 
 def spoken(text: str, t: float, **more: Any) -> Utterance:
@@ -211,8 +209,8 @@ def test_what_stops_is_never_asked_and_what_moves_only_if_wanted(
 @pytest.mark.parametrize(
     "prevent",
     [
-        lambda c: setattr(c, "rehearsing", True),
-        lambda c: c.renew(0.0, Renewal("a list was saved", 0.0, under_way=True)),
+        lambda c: c.rehearse(),
+        lambda c: c.take(Renewal("a list was saved", 0.0, under_way=True), 0.0),
         lambda c: c.hear(spoken("stop speech", 0.5)),
     ],
 )
@@ -226,9 +224,9 @@ def test_what_would_not_be_obeyed_is_not_asked(prevent: Any) -> None:
 def test_a_command_a_key_and_a_loss_take_a_question_back() -> None:
     for act in (
         lambda c: c.hear(spoken("fold arm", 2.0)),
-        lambda c: c.stop_by_hand(2.0, "stopped by a key"),
+        lambda c: c.press(2.0),
         lambda c: c.stop(2.0, "the microphone is lost"),
-        lambda c: c.renew(2.0, Renewal("a list was saved", 2.0, under_way=False)),
+        lambda c: c.take(Renewal("a list was saved", 2.0, under_way=False), 2.0),
     ):
         controller, _ = a_controller(name="", ask="always")
         controller.hear(unsure(1.0, "go back"))
@@ -300,7 +298,7 @@ def test_asleep_nothing_but_stop_has_an_effect_and_it_falls_asleep_whatever_happ
     )
 
 
-def _let_happen(controller: Controller, what: str, t: float) -> None:
+def _let_happen(controller: Controlled, what: str, t: float) -> None:
     heard = {
         "name": spoken(NAME, t, named=True),
         "named": spoken("go forward", t, named=True),
@@ -313,11 +311,11 @@ def _let_happen(controller: Controller, what: str, t: float) -> None:
     if what == "lost":
         controller.stop(t, "the microphone is lost")
     elif what == "key":
-        controller.stop_by_hand(t, "stopped by a key", t)
+        controller.press(t, pressed=t)
     elif what == "renewed":
-        controller.renew(t, Renewal("a list was saved", t, under_way=False))
+        controller.take(Renewal("a list was saved", t, under_way=False), t)
     elif what == "rehearsal":
-        controller.rehearsing = not controller.rehearsing
+        controller.rehearse(not controller.state.rehearsing)
     else:
         controller.hear(said)
 

@@ -36,8 +36,8 @@ def tell(**what):
 inbox, begun = Inbox({"stop"}), time.monotonic()
 def heard():
     found = []
-    while taken := inbox.take(0.0001):
-        found.append(msgspec.to_builtins(taken.message))
+    while (message := inbox.take(0.0001)) is not None:
+        found.append(msgspec.to_builtins(message))
     return found
 
 def look(hearing, moving):

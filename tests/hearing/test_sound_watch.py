@@ -22,9 +22,9 @@ SECOND = np.zeros(16000, np.int16)
 def warnings(inbox: Inbox) -> list[str]:
     """What was told since the last look."""
     told = []
-    while taken := inbox.take(0):
-        assert isinstance(taken.message, Notice)
-        told.append(taken.message.text)
+    while (message := inbox.take(0)) is not None:
+        assert isinstance(message, Notice)
+        told.append(message.text)
     return told
 
 

@@ -23,8 +23,8 @@ from promises.sound import BLOCK, BLOCK_SECONDS, WORKED, Room, speech
 
 import voz
 from voz.audio import SAMPLE_RATE
+from voz.control.messages import End
 from voz.events import Utterance
-from voz.inbox import End
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.live_utterances import SettledUtterances, in_background
 from voz.run.beat import BEATS_PER_SECOND

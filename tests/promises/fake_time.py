@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from unittest import mock
 
-from voz.inbox import Inbox, TakenMessage
+from voz.control.messages import Message
+from voz.inbox import Inbox
 
 STEP = 0.01
 
@@ -56,7 +57,7 @@ class SteppedInbox(Inbox):
         super().__init__(halts)
         self._timeline = timeline
 
-    def take(self, timeout: float) -> TakenMessage | None:
+    def take(self, timeout: float) -> Message | None:
         """Take a message, or let time pass until one comes or the limit is over."""
         until = self._timeline.now + timeout
         while (taken := super().take(0)) is None and self._timeline.now < until - STEP / 2:

@@ -19,8 +19,8 @@ from voz.apps.web.live_page import LivePage
 from voz.apps.web.picture import DeadReckoningPicture
 from voz.apps.wyoming.command_handler import CommandHandler
 from voz.apps.wyoming.robot_service import RobotService
+from voz.control.messages import End, Halt, Rehearsal, Renewal
 from voz.hearing.microphone_thread import SoundSource
-from voz.inbox import End, Halt, Rehearsal, Renewal
 from voz.run.live import LiveOptions, TakeText, run_live
 from voz.run.session import OpenRobots
 

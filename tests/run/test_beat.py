@@ -6,14 +6,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.events import Event, Notice, Partial, Twist, Utterance
-from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, Rehearsal, TakenMessage
-from voz.run.beat import MAX_BEAT_GAP, beat, take
-from voz.run.controller import Controller
-from voz.run.watch import Watch
-from voz.settings import Safety
+from voz.config import default_commands
+from voz.control.controller import ControllerState, Rules
+from voz.control.messages import End, Halt, Health, Message, Rehearsal
+from voz.control.state_machine import State
+from voz.events import Event, Notice, Partial, Receiver, Twist, Utterance
+from voz.inbox import MAX_QUEUED_MESSAGES, Inbox
+from voz.run.beat import MAX_BEAT_GAP, beat
+from voz.run.dispatcher import Dispatcher
 
 GONE = "the microphone is gone"
+
+
+def listening(*receivers: Receiver) -> Dispatcher:
+    return Dispatcher(ControllerState(Rules(default_commands()), State(listening=True)), receivers)
 
 
 class Room:
@@ -37,27 +43,28 @@ class Room:
         self._lost = lost
         self._stalls = stalls or {}
         self.sent: list[tuple[float, Event]] = []
-        controller = Controller([self._receive], Safety(), listening=True)
-        watch = Watch(controller, self._trouble, "listening again", "microphone")
-        assert beat(controller, self, [watch.look], at_once=True) is None
+        controller = listening(self._receive)
+
+        def check(now: float) -> None:
+            lost = GONE if self._lost[0] <= self._now < self._lost[1] else None
+            controller.take(Health("hearing", lost, "listening again", ("microphone",)), now)
+
+        assert beat(controller, self, [check], at_once=True) is None
 
     def now(self) -> float:
         return self._now
 
-    def take(self, until: float) -> TakenMessage | None:
+    def next_before(self, until: float) -> Message | None:
         when, message = self._happens[0]
         if when < until or self._now > when:
             self._happens.pop(0)
             self._now = max(self._now, when)
-            return TakenMessage(message, False)
+            return message
         self._now = max(self._now, until)
         return None
 
     def skip(self, seconds: float) -> None:
         pass
-
-    def _trouble(self) -> str | None:
-        return GONE if self._lost[0] <= self._now < self._lost[1] else None
 
     def _receive(self, event: Event) -> None:
         self.sent.append((self._now, event))
@@ -177,9 +184,10 @@ def test_a_rehearsal_comes_before_what_waits_and_is_never_dropped() -> None:
     for _ in range(MAX_QUEUED_MESSAGES + 1):
         inbox.put(Halt())
     inbox.put(Rehearsal(True))
-    controller = Controller([], Safety(), listening=True)
-    while taken := inbox.take(0.001):
-        if isinstance(taken.message, Utterance):
-            assert controller.rehearsing
-        take(controller, taken, 0.0)
+    controller = listening()
+    while (message := inbox.take(0.001)) is not None:
+        if isinstance(message, Utterance):
+            assert controller.state.rehearsing
+        assert not isinstance(message, End)
+        controller.take(message, 0.0)
     assert not controller.moving

@@ -14,8 +14,9 @@ import pytest
 from calls import in_process
 
 from voz.config import load_config
+from voz.control.messages import Renewal
 from voz.events import Notice
-from voz.inbox import Inbox, Renewal
+from voz.inbox import Inbox
 from voz.language.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.run import command_reload
@@ -56,8 +57,7 @@ class Watched:
         self.reload.look()
         self.reload.look()
         texts = []
-        while taken := self.inbox.take(0.01):
-            message = taken.message
+        while (message := self.inbox.take(0.01)) is not None:
             assert isinstance(message, Notice | Renewal)
             texts.append(message.text if isinstance(message, Notice) else message.why)
         return texts

@@ -16,9 +16,10 @@ from driving import speak, type_lines
 from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
+from voz.control.messages import Message
 from voz.errors import AudioError
 from voz.events import Event, Notice, Twist, Utterance
-from voz.inbox import Inbox, TakenMessage
+from voz.inbox import Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run import clocks, paced
 from voz.run.beat import BEATS_PER_SECOND
@@ -67,7 +68,7 @@ class OwnTime:
         with self._changed:
             self._go_on(self.now + seconds)
 
-    def take(self, inbox: Inbox, timeout: float) -> TakenMessage | None:
+    def take(self, inbox: Inbox, timeout: float) -> Message | None:
         """Take a message when it comes, on the thread that drives."""
         until = self.now + timeout
         wait_until(self._all_wait)

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 
 import pytest
 
+from voz.control.messages import End
 from voz.errors import ConfigError
 from voz.events import Event, Notice, Receiver, Twist
-from voz.inbox import End
 from voz.run.queued import MAX_QUEUED_EVENTS, QueuedReceiver
 
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from controlled import Controlled
 from msgspec import convert
 
 from voz.config import Config
+from voz.control.messages import Renewal
 from voz.errors import ConfigError
 from voz.events import Event, Notice, Twist, Utterance
-from voz.inbox import Renewal
 from voz.language.sentences.command_set import plain_commands
-from voz.run.controller import Controller
 from voz.run.renewal import check_renewal, describe_renewal
-from voz.settings import Safety
 
 LIST = plain_commands(["start speech", "stop", "go back", "wave"])
 
@@ -60,18 +59,17 @@ def said(text: str, now: float) -> Utterance:
 
 
 @pytest.fixture
-def driven() -> tuple[Controller, list[Event]]:
-    events: list[Event] = []
-    controller = Controller([events.append], Safety(), listening=True)
+def driven() -> tuple[Controlled, list[Event]]:
+    controller = Controlled()
     controller.hear(said("go forward", 1.0))
-    return controller, events
+    return controller, controller.events
 
 
 def test_nothing_moves_while_the_commands_are_renewed(
-    driven: tuple[Controller, list[Event]],
+    driven: tuple[Controlled, list[Event]],
 ) -> None:
     controller, events = driven
-    controller.renew(2.0, Renewal("list.txt was saved", 2.0, under_way=True))
+    controller.take(Renewal("list.txt was saved", 2.0, under_way=True), 2.0)
     assert events[-1] == Notice(2.0, "list.txt was saved: the robot stops", True, stops=True)
     controller.hear(said("go back", 2.1))
     assert isinstance(events[-1], Utterance)
@@ -79,7 +77,7 @@ def test_nothing_moves_while_the_commands_are_renewed(
     controller.hear(said("stop", 2.2))
     assert events[-1].obeyed  # type: ignore[union-attr]
     table = settings(commands={"go back": {"drive": -0.3}}).table
-    controller.renew(2.5, Renewal("renewed", 2.5, under_way=False, table=table))
+    controller.take(Renewal("renewed", 2.5, under_way=False, table=table), 2.5)
     controller.hear(said("go back", 2.4))  # begun before
     controller.send(2.6)
     assert events[-1] == Twist(2.6, 0, 0)
@@ -88,13 +86,13 @@ def test_nothing_moves_while_the_commands_are_renewed(
 
 
 def test_a_renewal_that_failed_leaves_the_robot_at_rest_and_the_commands_as_they_were(
-    driven: tuple[Controller, list[Event]],
+    driven: tuple[Controlled, list[Event]],
 ) -> None:
     controller, events = driven
-    table = controller.table
-    controller.renew(2.0, Renewal("list.txt was saved", 2.0, under_way=True))
-    controller.renew(2.5, Renewal("the disk is full", 2.5, under_way=False))
+    table = controller.state.rules.table
+    controller.take(Renewal("list.txt was saved", 2.0, under_way=True), 2.0)
+    controller.take(Renewal("the disk is full", 2.5, under_way=False), 2.5)
     assert events[-1] == Notice(2.5, "the disk is full")
-    assert controller.table is table
+    assert controller.state.rules.table is table
     controller.hear(said("go back", 2.6))
     assert controller.velocities == (-0.1, 0)

@@ -33,9 +33,9 @@ class Typing:
     def taken(self) -> list[Utterance]:
         """All that waits, what stops first."""
         messages = []
-        while taken := self.inbox.take(0):
-            assert isinstance(taken.message, Utterance)
-            messages.append(taken.message)
+        while (message := self.inbox.take(0)) is not None:
+            assert isinstance(message, Utterance)
+            messages.append(message)
         return messages
 
 

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from live_terminal import Terminal
 from programs import PATIENCE, wait_until
 
-from voz.inbox import Halt, Inbox
+from voz.control.messages import Halt
+from voz.inbox import Inbox
 from voz.language.sentences.command_set import plain_commands
 from voz.run.text_commands import TextCommands
 from voz.terminal.keyboard import (

@@ -1,7 +1,7 @@
 """The safety rules of docs/safety.md: S2 to S4, S6 and S7.
 
-S1 is in `voz.control.state_machine`, S5 in `voz.run.watch`. `voz.control.table` checks that a
-table of commands can stop the robot.
+S1 is in `voz.control.state_machine`, S5 in `voz.control.controller`. `voz.control.table` checks
+that a table of commands can stop the robot.
 """
 
 from __future__ import annotations

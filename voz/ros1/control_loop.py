@@ -11,9 +11,10 @@ from msgspec.structs import replace
 
 from voz.audio.mixer import Mixer
 from voz.config import Config
+from voz.control.messages import End
 from voz.control.table import CommandTable
 from voz.events import Event, Notice, Partial, Play, Receiver, Reply, Twist
-from voz.inbox import End, Inbox
+from voz.inbox import Inbox
 from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.factory import open_mailboxes

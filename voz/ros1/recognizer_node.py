@@ -7,10 +7,11 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, NoReturn
 
+from voz.control.messages import End, Halt, Rehearsal, Renewal
 from voz.errors import ConfigError, VozError
 from voz.events import Event, Notice, Receiver, Utterance, to_json
 from voz.hearing.microphone_thread import Hearing
-from voz.inbox import End, Halt, Inbox, Rehearsal, Renewal
+from voz.inbox import Inbox
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import log_receiver
 from voz.ros1.messages import RecognizerStatus
@@ -89,19 +90,19 @@ def recognize(node: Ros1Node) -> None:
         parts.enter_context(defer_signals(lambda: inbox.put(End())))
         status, due = RecognizerStatus(), 0.0
         while True:
-            taken = clock.take(due)
-            if taken is None:
+            message = clock.next_before(due)
+            if message is None:
                 before, status = status, hearing.status
                 trouble.publish(status.text)
                 if status.problem != before.problem:
                     text, good = status.problem or "listening again", not status.problem
                     log(Notice(clock.now(), text, good))
                 due = clock.now() + TROUBLE_INTERVAL
-            elif isinstance(taken.message, End):
-                raise_if_any(taken.message.error)
+            elif isinstance(message, End):
+                raise_if_any(message.error)
                 return
-            elif not isinstance(taken.message, Halt | Rehearsal | Renewal):
-                _report(taken.message, output, refused, log)
+            elif not isinstance(message, Halt | Rehearsal | Renewal):
+                _report(message, output, refused, log)
 
 
 def _report(event: Event, output: Any, refused: Any, log: Receiver) -> None:

@@ -6,8 +6,9 @@ import time
 from collections.abc import Iterator
 from typing import Protocol, TypeAlias
 
+from voz.control.messages import End, Message
 from voz.events import Notice, Partial, Utterance
-from voz.inbox import End, Inbox, TakenMessage
+from voz.inbox import Inbox
 
 Item: TypeAlias = Utterance | Partial | Notice | float
 """An event of a recording or a text, or the time that it has reached, s."""
@@ -31,8 +32,8 @@ class Clock(Protocol):
     def now(self) -> float:
         """Return the time, s."""
 
-    def take(self, until: float) -> TakenMessage | None:
-        """Take a message that arrives before the next beat, due at `until`, s; None at the beat."""
+    def next_before(self, until: float) -> Message | None:
+        """Wait for the message that comes before the next beat, due at `until`, s; None if none."""
 
     def skip(self, seconds: float) -> None:
         """Skip the seconds by which a beat came too late."""
@@ -50,8 +51,8 @@ class WallClock:
         """Return the time, s, rounded as events write it."""
         return round(elapsed() - self._begun, 4)
 
-    def take(self, until: float) -> TakenMessage | None:
-        """Take a message when it comes, if that is before the next beat."""
+    def next_before(self, until: float) -> Message | None:
+        """Wait for a message until the next beat."""
         left = until - (elapsed() - self._begun)
         return self._inbox.take(left) if left > 0 else None
 
@@ -79,14 +80,14 @@ class PacedClock:
         """Return the time, s; it stands still while the beat does."""
         return min(elapsed() - self._begun, self._due + LATE_TOLERANCE)
 
-    def take(self, until: float) -> TakenMessage | None:
-        """Take a message when it comes, if that is before the next beat."""
+    def next_before(self, until: float) -> Message | None:
+        """Wait for a message until the next beat."""
         self._due = until
         left = self._begun + until - elapsed()
-        taken = self._inbox.take(left) if left > 0 else None
+        message = self._inbox.take(left) if left > 0 else None
         late = elapsed() - self._begun - until
         self._now = until + late if late > LATE_TOLERANCE else until
-        return taken
+        return message
 
     def skip(self, seconds: float) -> None:
         """Continue at the time before the delay."""
@@ -107,8 +108,8 @@ class RecordedClock:
         """Return when the next beat is due, s."""
         return self._now
 
-    def take(self, until: float) -> TakenMessage | None:
-        """Take the next item, if its time is not after the next beat."""
+    def next_before(self, until: float) -> Message | None:
+        """Return the next item, if its time is not after the next beat."""
         self._now = until
         while True:
             # Not earlier than needed: somebody may still be typing it.
@@ -118,9 +119,9 @@ class RecordedClock:
                 return None
             self._item = None
             if item is None:
-                return TakenMessage(End(), False)
+                return End()
             if not isinstance(item, float):
-                return TakenMessage(item, False)
+                return item
 
     def skip(self, seconds: float) -> None:
         """Do nothing: no beat is late here."""

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import TypeAlias
 
 from voz.config import Config
+from voz.control.messages import Renewal
 from voz.control.table import CommandTable
 from voz.errors import VozError
 from voz.events import Notice
 from voz.files import shown_path
-from voz.inbox import Inbox, Renewal
+from voz.inbox import Inbox
 from voz.language.build import build
 from voz.language.command_source import CommandSource
 from voz.recognition.recognizer import Recognizer

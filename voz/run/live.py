@@ -9,14 +9,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from voz.config import Config
+from voz.control.messages import Halt
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, sound_card
-from voz.inbox import Halt, Inbox
+from voz.inbox import Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.clocks import Clock, WallClock
 from voz.run.command_reload import CommandReload, SettingsFile
-from voz.run.controller import Controller
+from voz.run.dispatcher import Dispatcher
 from voz.run.session import (
     OpenRobots,
     Session,
@@ -111,7 +112,7 @@ class RunParts:
         recorder: keeps what is heard; None without `--record`.
     """
 
-    controller: Controller
+    controller: Dispatcher
     hearing: Hearing
     mixer: Playback | None
     recognizer: Recognizer
@@ -159,8 +160,9 @@ def run_live(
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
     session = new_session(settings, clock, options.listening)
-    table = session.controller.table
+    table = session.table
     never_missed = settings.recognition.never_missed
+    unwatched: list[str] = []
     with ExitStack() as parts:
         enter = parts.enter_context
         page = options.page(inbox, clock) if options.page else None
@@ -181,14 +183,15 @@ def run_live(
         session.receivers += [*interruption_receivers(speaker, table.halts)]
         session.receivers += [*speech_receivers(speaker), programs.receive]
         if page:
-            session.controller.unwatched_sources.add(page.unwatched_source)
+            unwatched.append(page.unwatched_source)
             session.receivers.append(page.receive)
         session.receivers.append(answer_receiver(recognizer))
         if options.service:
             service = options.service(inbox, clock, lambda: bool(page and page.driven))
-            session.controller.unwatched_sources.add(service.source)
+            unwatched.append(service.source)
             session.receivers.append(service.receive)
             enter(service.serving())
+        session.change_rules(unwatched_sources=frozenset(unwatched))
         shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
         enter(
             _show_on_terminal(_display(shown, line, robots.view), session, options, hearing.device)
@@ -239,7 +242,7 @@ def _stop_unheard(inbox: Inbox, clock: Clock, why: str) -> None:
     warner(inbox, clock)(f"{why}: the robot stops")
 
 
-def _trouble(page: Page, controller: Controller) -> str | None:
+def _trouble(page: Page, controller: Dispatcher) -> str | None:
     return page.trouble(controller.moving)
 
 

@@ -43,7 +43,7 @@ def run_unpaced(
     """
     problems: list[str] = []
     session = new_session(settings, RecordedClock(source(lambda: 0.0)), listening)
-    table = session.controller.table
+    table = session.table
     with (
         open_robots(session.controller.emit) as robots,
         open_speaker(settings.speech, table.replies, problems.append) as speaker,

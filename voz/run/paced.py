@@ -10,7 +10,8 @@ import threading
 import time
 from collections.abc import Iterator
 
-from voz.inbox import End, Inbox
+from voz.control.messages import End
+from voz.inbox import Inbox
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item, PacedClock
 

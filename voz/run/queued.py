@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 
+from voz.control.messages import End
 from voz.events import Event, Notice, Receiver
-from voz.inbox import End
 
 MAX_QUEUED_EVENTS = 6000
 """Waiting for a slow disk or reader: ten minutes of events."""

@@ -8,17 +8,20 @@ Sources have threads of their own and put messages into an inbox, or are the clo
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from msgspec.structs import replace
 
 from voz.config import Config
 from voz.control.bounded_motion import Place
+from voz.control.controller import ControllerState, Rules, change_rules
+from voz.control.messages import End, Health
 from voz.control.safety import zero_at_the_end
+from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.events import (
     Attention,
@@ -31,13 +34,13 @@ from voz.events import (
     Reply,
     Utterance,
 )
-from voz.inbox import End, Inbox
+from voz.inbox import Inbox
 from voz.process.signals import defer_signals
-from voz.run.beat import beat
+from voz.run.beat import Check, beat
 from voz.run.clocks import Clock
-from voz.run.controller import Controller
+from voz.run.dispatcher import Dispatcher
 from voz.run.programs import Programs
-from voz.run.watch import Flood, Trouble, Watch
+from voz.run.watch import Flood
 from voz.settings import Speech
 from voz.speech.reply_speaker import ReplySpeaker
 
@@ -46,6 +49,10 @@ if TYPE_CHECKING:
 
 Odometry: TypeAlias = Callable[[float], Place | None]
 """Returns where the robot is at a time of the run, s, without waiting; None if unknown."""
+
+
+Trouble: TypeAlias = Callable[[], str | None]
+"""Returns why something is lost now, without waiting; None if it is not."""
 
 
 class SpeechInput(Protocol):
@@ -85,18 +92,27 @@ class Session:
 
     Attributes:
         clock: the time, and what arrives.
-        controller: obeys; it has the table of commands, too.
+        controller: obeys.
         receivers: called with every event, in order; none of them may wait for anything.
+        checks: called in each beat with its time, s.
     """
 
-    def __init__(self, clock: Clock, controller: Controller) -> None:
+    def __init__(self, clock: Clock, controller: Dispatcher) -> None:
         """Begin with the robot at rest."""
         self.clock = clock
         self.controller = controller
         self.receivers = controller.receivers
-        self._watches: list[Watch | Flood] = []
-        self._losses: Counter[str] = Counter()  # of each source, by watches
+        self.checks: list[Check] = []
         self._at_once = False
+
+    @property
+    def table(self) -> CommandTable:
+        """What each command does."""
+        return self.controller.state.rules.table
+
+    def change_rules(self, **changes: Any) -> None:
+        """Control by other rules from now on; those of `Rules` are given."""
+        self.controller.state = change_rules(self.controller.state, **changes)
 
     def add_robots(self, robots: OpenRobots) -> None:
         """Hand events to robots, take their odometry, and stop if one is lost (S5)."""
@@ -111,26 +127,25 @@ class Session:
             troubles: by names for messages.
             sources: of the commands that come from them; while one is lost they move nothing.
         """
-        self._watches += [
-            self._watch(trouble, f"{name} is there", *sources) for name, trouble in troubles.items()
+        self.checks += [
+            partial(self._check, name, trouble, f"{name} is there", sources)
+            for name, trouble in troubles.items()
         ]
 
     def watch_input(self, speech_input: SpeechInput) -> None:
         """Stop when nothing is heard (S5), and send each changed velocity at once."""
-        controller = self.controller
-        watch = self._watch(
-            lambda: speech_input.trouble(controller.moving), "listening again", speech_input.source
-        )
-        self._watches.insert(0, watch)
+
+        def check(now: float) -> None:
+            lost = partial(speech_input.trouble, self.controller.moving)
+            self._check("hearing", lost, "listening again", (speech_input.source,), now)
+
+        self.checks.insert(0, check)
         self._at_once = True
 
-    def _watch(self, trouble: Trouble, again: str, *sources: str) -> Watch:
-        return Watch(self.controller, trouble, again, *sources, mark_late=self._mark_late)
-
-    def _mark_late(self, source: str, behind: bool) -> None:
-        """Note whether a source is behind for one watch; it is until it is so for none."""
-        self._losses[source] += 1 if behind else -1
-        self.controller.mark_late(source, self._losses[source] > 0)
+    def _check(
+        self, name: str, trouble: Trouble, back: str, sources: tuple[str, ...], now: float
+    ) -> None:
+        self.controller.take(Health(name, trouble(), back, sources), now)
 
     def run(self, finish: Callable[[], None] = lambda: None) -> None:
         """Drive until the clock has no more; zero velocity is sent last (S7).
@@ -146,7 +161,7 @@ class Session:
 
         The clock takes messages from the inbox. Raises SystemExit if a signal came before.
         """
-        self._watches.append(Flood(self.controller, inbox))
+        self.checks.append(Flood(self.controller, inbox).check)
         with (
             zero_at_the_end(self._send_zero),
             defer_signals(lambda: inbox.put(End())),
@@ -154,8 +169,7 @@ class Session:
             self._drive()
 
     def _drive(self) -> None:
-        looks = [watch.look for watch in self._watches]
-        raise_if_any(beat(self.controller, self.clock, looks, self._at_once))
+        raise_if_any(beat(self.controller, self.clock, self.checks, self._at_once))
 
     def _send_zero(self) -> None:
         self.controller.zero(self.clock.now())
@@ -163,9 +177,9 @@ class Session:
 
 def new_session(settings: Config, clock: Clock, listening: bool = False) -> Session:
     """Begin with the robot at rest; `listening` obeys commands before a `start speech`."""
-    controller = Controller([], settings.safety, listening, settings.table)
-    controller.name, controller.ask = settings.recognition.name, settings.recognition.ask
-    return Session(clock, controller)
+    recognition = settings.recognition
+    rules = Rules(settings.table, settings.safety, recognition.name, recognition.ask)
+    return Session(clock, Dispatcher(ControllerState(rules, State(listening=listening))))
 
 
 class Answerable(Protocol):

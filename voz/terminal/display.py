@@ -56,7 +56,7 @@ class HeardSound(Protocol):
     device: str
 
 
-class Ear(Protocol):
+class ListeningState(Protocol):
     """What is shown of a controller."""
 
     @property
@@ -67,8 +67,9 @@ class Ear(Protocol):
     def awake(self) -> bool:
         """Whether spoken commands count: it has no name, or that was said."""
 
-    name: str
-    """What the robot is called; empty if it has no name."""
+    @property
+    def name(self) -> str:
+        """What the robot is called; empty if it has no name."""
 
 
 class Display:
@@ -77,7 +78,7 @@ class Display:
     def __init__(
         self,
         sound: HeardSound,
-        ear: Ear,
+        ear: ListeningState,
         typing: Callable[[], str],
         note: Callable[[], str] = lambda: "",
         extra: RenderableType | None = None,

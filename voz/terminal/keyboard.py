@@ -14,7 +14,7 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from voz.inbox import Halt
+from voz.control.messages import Halt
 
 ESCAPE = "\x1b"
 

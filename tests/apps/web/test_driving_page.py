@@ -13,19 +13,18 @@ from hypothesis import strategies as st
 from language.template_texts import commands_of
 from starlette.exceptions import HTTPException
 
+import voz
 from voz.apps.web import page_registry
 from voz.apps.web.command_bridge import CommandBridge
 from voz.apps.web.driver_lock import DRIVER_TIMEOUT, PAGE_GONE
 from voz.apps.web.event_history import EventHistory
 from voz.apps.web.live_page import LivePage
 from voz.apps.web.page_registry import COUNTS_AS_GONE, NOT_DRIVING, OpenPage, PageRegistry
+from voz.control.messages import End
 from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
-from voz.run.beat import take
-from voz.run.controller import Controller
 from voz.run.live import PAGE
 from voz.run.session import Session
-from voz.settings import Safety
 
 COMMANDS = commands_of("start speech\nstop speech\nstop\ngo forward\ngo back\n")
 
@@ -46,7 +45,7 @@ class Run:
     def __init__(self, browser_listens: bool = False) -> None:
         self.now = 100.0
         self.events: list[Event] = []
-        self.controller = Controller([self.events.append], Safety(), listening=True)
+        self.controller = voz.Controller([self.events.append], listening=True)
         self._inbox = Inbox({"stop", "stop speech"})
         clock: Any = self
         unused: Any = None
@@ -91,15 +90,16 @@ class Run:
         for _ in range(beats):
             self.now = round(self.now + BEAT, 3)
             self._take()
-            for watch in self.session._watches:
-                watch.look(self.now)
+            for check in self.session.checks:
+                check(self.now)
             self.controller.send(self.now)
             self.registry.broadcast_state({})
             self._work()
 
     def _take(self) -> None:
-        while not self._inbox.is_empty and (taken := self._inbox.take(0.001)):
-            take(self.controller, taken, self.now)
+        while not self._inbox.is_empty and (message := self._inbox.take(0.001)) is not None:
+            assert not isinstance(message, End)
+            self.controller.take(message, self.now)
 
     def _work(self) -> None:
         self._loop.run_until_complete(asyncio.sleep(0))

@@ -7,19 +7,18 @@ from typing import Any
 
 import pytest
 
+import voz
 from voz.apps.web.live_page import NO_DRIVER, LivePage
+from voz.control.messages import Halt
 from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
-from voz.run.beat import take
 from voz.run.clocks import WallClock
-from voz.run.controller import Controller
-from voz.settings import Safety
 
 
 @pytest.mark.parametrize("listens", [True, False])
 def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(listens: bool) -> None:
     events: list[Event] = []
-    controller = Controller([events.append], Safety(), listening=True)
+    controller = voz.Controller([events.append], listening=True)
     inbox = Inbox({"stop"})
     clock = WallClock(inbox)
     unused: Any = None
@@ -29,8 +28,9 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     time.sleep(0.02)
     page._driver_lock.release(1)
     assert page.trouble(controller.moving) is None
-    while taken := inbox.take(0.001):
-        take(controller, taken, clock.now())
+    while (message := inbox.take(0.001)) is not None:
+        assert isinstance(message, Halt | Utterance)
+        controller.take(message, clock.now())
     told = [event.text for event in events if isinstance(event, Notice)]
     assert told == ([NO_DRIVER] if listens else [])
     now = clock.now()

@@ -17,11 +17,10 @@ from calls import VOZ, in_process
 from live_robot import AT_REST, LiveRobot, live_robot, moves, rests, speak, velocity
 from recordings import FIXTURES
 
+import voz
 from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import read_blocks
 from voz.events import Event, Notice, Partial, Utterance
-from voz.run.controller import Controller
-from voz.settings import Safety
 
 pytestmark = pytest.mark.slow
 
@@ -80,7 +79,7 @@ def velocities(robot: LiveRobot) -> list[tuple[float, float]]:
 
 def by_the_rules(robot: LiveRobot, listening: bool) -> list[tuple[float, float]]:
     """Those that follow from what was obeyed and what stopped it, each once."""
-    controller = Controller([], Safety(), listening)
+    controller = voz.Controller([], listening=listening)
     found = [controller.velocities]
     for arrived in robot.arrived:
         event = msgspec.convert(arrived.event, Event)

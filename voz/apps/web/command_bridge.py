@@ -6,10 +6,11 @@ import asyncio
 from collections.abc import Callable
 from typing import TypeVar
 
+from voz.control.messages import Halt
 from voz.control.table import STOP
 from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
-from voz.inbox import Halt, Inbox
+from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands, Parse
 from voz.run.sources import read_text, text_utterance
 

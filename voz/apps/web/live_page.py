@@ -26,13 +26,14 @@ from voz.apps.web.recording_marks import RecordingMarks
 from voz.apps.web.tuning_api import TuningApi
 from voz.apps.web.web_server import start_background_tasks
 from voz.apps.web.websocket_api import WebSocketApi
+from voz.control.messages import Halt, Rehearsal
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundSource
-from voz.inbox import Halt, Inbox, Rehearsal
+from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock
-from voz.run.controller import Controller
+from voz.run.dispatcher import Dispatcher
 from voz.run.live import RunParts
 from voz.run.session import SpeechInput, warner
 
@@ -185,7 +186,7 @@ class LivePage:
             "t": self._clock.now(),
             "listening": parts.controller.listening,
             "asleep": "" if awake else parts.controller.name,
-            "rehearsing": parts.controller.rehearsing,
+            "rehearsing": parts.controller.state.rehearsing,
             "question": registry.question,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,
@@ -204,14 +205,14 @@ class LivePage:
 class _CurrentCommands:
     """What may be given on a page, which may change during a run. Event-loop thread only."""
 
-    def __init__(self, commands: Callable[[], Commands], controller: Controller) -> None:
+    def __init__(self, commands: Callable[[], Commands], controller: Dispatcher) -> None:
         self._commands = commands
         self._controller = controller
-        self._sent = (commands(), controller.table)
+        self._sent = (commands(), controller.state.rules.table)
 
     def record(self) -> Record:
         """The sentences that have a button, and the buttons."""
-        commands, table = self._commands(), self._controller.table
+        commands, table = self._commands(), self._controller.state.rules.table
         return {
             "commands": button_sentences(commands),
             "buttons": msgspec.to_builtins(command_buttons(commands, table)),
@@ -219,7 +220,7 @@ class _CurrentCommands:
 
     def take_new(self) -> list[Record]:
         """Return what pages are to be sent, if the commands were renewed since the last call."""
-        now = (self._commands(), self._controller.table)
+        now = (self._commands(), self._controller.state.rules.table)
         if all(one is other for one, other in zip(now, self._sent, strict=True)):
             return []
         self._sent = now

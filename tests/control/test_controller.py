@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import msgspec
 import pytest
+from controlled import Controlled
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import convert
 from msgspec.structs import replace
 
 from voz.config import Config, default_commands
+from voz.control.messages import Renewal
+from voz.control.motion import Motion
+from voz.control.state_machine import State
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
-from voz.errors import ConfigError, RobotError
-from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
-from voz.inbox import Renewal
-from voz.run.controller import Controller
+from voz.events import (
+    Attention,
+    Ended,
+    Event,
+    Notice,
+    Partial,
+    Reply,
+    SelectedObject,
+    Twist,
+    Utterance,
+)
 from voz.settings import Safety
 
 COMMANDS = sorted(default_commands().sets[DEFAULT_STATE])
@@ -35,16 +45,15 @@ def perhaps(text: str) -> Partial:
 
 def listening_controller(
     spoken: list[str] | None = None, safety: Safety | None = None
-) -> tuple[Controller, list[Event]]:
-    events: list[Event] = []
-    controller = Controller([events.append], safety or Safety(), listening=True)
+) -> tuple[Controlled, list[Event]]:
+    controller = Controlled(safety)
     for text in spoken or []:
         controller.hear(heard(text))
-    return controller, events
+    return controller, controller.events
 
 
 def test_it_listens_when_it_is_told_to() -> None:
-    controller = Controller([], Safety())
+    controller = Controlled(listening=False)
     assert not controller.listening
     controller.hear(heard("start speech"))
     assert controller.listening
@@ -126,17 +135,6 @@ def test_what_is_not_accepted_changes_nothing(spoken: list[str]) -> None:
     assert controller.velocities == (0.1, 0)
 
 
-def test_everything_reaches_every_receiver_in_order() -> None:
-    first: list[Event] = []
-    second: list[Event] = []
-    controller = Controller([first.append, second.append], Safety(), listening=True)
-    controller.hear(heard("point beer"))
-    controller.send(0.1)
-    controller.zero(0.2)
-    assert first == second
-    assert first[1:] == [SelectedObject(0, 1), Twist(0.1, 0, 0), Twist(0.2, 0, 0)]
-
-
 def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
     controller, events = listening_controller(safety=Safety(motion_time_limit=2))
     controller.hear(heard("go back", now=1))
@@ -156,7 +154,7 @@ def unwatched(text: str, now: float) -> Utterance:
 
 def test_a_motion_that_nobody_watches_ends_after_five_seconds() -> None:
     controller, events = listening_controller()
-    controller.unwatched_sources.add("wyoming")
+    controller.change_rules(unwatched_sources=frozenset({"wyoming"}))
     controller.hear(unwatched("go forward", 1.0))
     controller.send(5.9)
     assert controller.velocities == (0.1, 0.0)
@@ -177,7 +175,7 @@ def test_who_changed_a_motion_last_says_whether_it_is_watched(
     before: str, after: str, goes_on: bool
 ) -> None:
     controller, _ = listening_controller()
-    controller.unwatched_sources.add("wyoming")
+    controller.change_rules(unwatched_sources=frozenset({"wyoming"}))
     controller.hear(replace(heard("go forward"), source=before))
     controller.hear(replace(heard("speed up", now=1.0), source=after))
     controller.hear(replace(heard("fold arm", now=2.0), source=before))  # changes no motion
@@ -189,7 +187,7 @@ def test_who_changed_a_motion_last_says_whether_it_is_watched(
 
 def test_whoever_says_again_what_it_does_already_says_whether_it_is_watched() -> None:
     controller, _ = listening_controller(["go forward"])
-    controller.unwatched_sources.add("wyoming")
+    controller.change_rules(unwatched_sources=frozenset({"wyoming"}))
     controller.hear(unwatched("go forward", 1.0))
     controller.send(6.0)
     assert not controller.moving
@@ -198,8 +196,8 @@ def test_whoever_says_again_what_it_does_already_says_whether_it_is_watched() ->
 def test_a_motion_with_an_end_of_its_own_needs_no_other_and_what_follows_it_does() -> None:
     steps = {"fetch": [{"drive": 0.1, "metres": 1}, {"drive": -0.1}]}
     table = convert({"commands": steps}, Config).table
-    controller = Controller([], Safety(), True, table)
-    controller.unwatched_sources.add("wyoming")
+    controller = Controlled(table=table)
+    controller.change_rules(unwatched_sources=frozenset({"wyoming"}))
     controller.hear(unwatched("fetch", 0.0))
     controller.send(9.9)
     assert controller.velocities == (0.1, 0.0)
@@ -207,86 +205,21 @@ def test_a_motion_with_an_end_of_its_own_needs_no_other_and_what_follows_it_does
     assert controller.velocities == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("now", [math.nan, math.inf, -math.inf, "3"])
-def test_a_time_that_is_no_number_is_refused_and_ends_no_limit(now: float) -> None:
-    table = Config(commands={"come here": Step(drive=0.1, metres=0.2)}).table
-    events: list[Event] = []
-    controller = Controller([events.append], Safety(motion_time_limit=9), True, table)
-    controller.hear(heard("come here", now=1))
-    for take_time in (controller.send, controller.zero):
-        with pytest.raises(ConfigError):
-            take_time(now)
-    controller.send(2.9)
-    assert controller.velocities == (0.1, 0)
-    controller.send(3.0)
-    assert events[-1] == Twist(3.0, 0, 0)
-
-
-@pytest.mark.parametrize("stop", [Controller.stop, Controller.stop_by_hand])
-def test_a_stop_at_no_time_stops_all_the_same(stop: Callable[..., None]) -> None:
-    controller, events = listening_controller(["go forward"])
-    with pytest.raises(ConfigError, match="the time of the run is nan; give seconds"):
-        stop(controller, math.nan, "a key")
-    controller.send(0.1)
-    assert events[-1] == Twist(0.1, 0, 0)
-    controller.stop(5.0, "lost")
-    controller.hear(heard("go forward", now=4))  # said before
-    assert controller.velocities == (0, 0)
-
-
-def test_a_run_lasts_no_longer_than_a_time_can_be_written() -> None:
-    controller, events = listening_controller()
-    controller.send(1e12)
-    assert events == [Twist(1e12, 0, 0)]
-    with pytest.raises(ConfigError, match="the time of the run is 11"):
-        controller.send(1.1e12)
-
-
-@pytest.mark.parametrize(
-    "arguments", [(None,), (Safety(), 1), (Safety(), True, {"stop": Step(stop=True)})]
-)
-def test_what_is_no_setting_is_refused(arguments: tuple[object, ...]) -> None:
-    with pytest.raises(ConfigError, match="Expected"):
-        Controller([], *arguments)  # type: ignore[arg-type]
-
-
-def test_what_one_receiver_raises_keeps_nothing_from_the_others_and_is_raised_then() -> None:
-    events: list[Event] = []
-    errors = [BrokenPipeError("first"), SystemExit("second")]
-
-    def fail(_: Event) -> None:
-        raise errors[min(len(events), 1)]
-
-    controller = Controller([fail, events.append, fail], Safety())
-    with pytest.raises(BrokenPipeError, match="first"):
-        controller.zero(1.0)
-    assert events == [Twist(1.0, 0, 0)]
-
-
-def test_in_another_process_than_its_own_it_sends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    controller, events = listening_controller()
-    assert not controller.is_forked
-    monkeypatch.setattr("os.getpid", lambda: -1)
-    with pytest.raises(RobotError, match="a forked process does not drive"):
-        controller.zero(1.0)
-    assert events == []
-
-
 def test_a_list_that_is_renewed_stops_the_robot_and_its_table_counts_from_then_on() -> None:
     own = {"advance": "go forward", "menu": Step(state="menu"), "again": Step(again=True)}
     before = Config(commands=own, states={"menu": {"advance": Step(drive=0.1)}}).table
     after = Config(commands={"advance": "go back", "again": Step(again=True)}).table
-    events: list[Event] = []
-    controller = Controller([events.append], Safety(), listening=True, table=before)
+    controller = Controlled(table=before)
+    events = controller.events
     controller.hear(heard("advance", now=1))
     controller.hear(heard("menu", now=1))
-    controller.renew(2.0, Renewal("a list was saved", 2.0, under_way=True))
+    controller.take(Renewal("a list was saved", 2.0, under_way=True), 2.0)
     told = "a list was saved: the robot stops"
     assert events[-1] == Notice(2.0, told, good=True, stops=True)
     assert not controller.moving
     controller.hear(heard("advance", now=2.5))
     assert not controller.moving
-    controller.renew(3.0, Renewal("renewed", 3.0, under_way=False, table=after))
+    controller.take(Renewal("renewed", 3.0, under_way=False, table=after), 3.0)
     assert events[-1] == Notice(3.0, "renewed", good=True)
     controller.hear(said("advance", 2.9, 3.5))  # begun before
     assert not controller.moving
@@ -298,11 +231,11 @@ def test_a_list_that_is_renewed_stops_the_robot_and_its_table_counts_from_then_o
 
 def test_a_list_that_could_not_be_renewed_leaves_the_table_and_is_no_good_news() -> None:
     controller, events = listening_controller()
-    controller.renew(1.0, Renewal("a list was saved", 1.0, under_way=True))
+    controller.take(Renewal("a list was saved", 1.0, under_way=True), 1.0)
     assert events == []  # it stood still
-    controller.renew(2.0, Renewal("it is invalid", 2.0, under_way=False))
+    controller.take(Renewal("it is invalid", 2.0, under_way=False), 2.0)
     assert events == [Notice(2.0, "it is invalid")]
-    controller.renew(1.5, Renewal("late", 1.5, under_way=False))
+    controller.take(Renewal("late", 1.5, under_way=False), 1.5)
     controller.hear(heard("go forward", now=1.9))
     assert not controller.moving
     controller.hear(heard("go forward", now=2.0))
@@ -312,7 +245,7 @@ def test_a_list_that_could_not_be_renewed_leaves_the_table_and_is_no_good_news()
 @pytest.mark.parametrize("odd", [math.nan, math.inf])
 def test_odometry_that_is_no_place_ends_a_motion_by_its_velocity(odd: float) -> None:
     table = Config(commands={"turn round": Step(rotate=0.5, degrees=45)}).table
-    controller = Controller([], Safety(), True, table, lambda _: (0.0, 0.0, odd))
+    controller = Controlled(table=table, odometry=lambda _: (0.0, 0.0, odd))
     controller.hear(heard("turn round"))
     controller.send(1.5)
     assert controller.velocities == (0, 0.5)
@@ -355,7 +288,7 @@ def test_while_the_robot_speaks_only_stop_is_obeyed(text: str) -> None:
 
 def test_a_key_stops_whatever_drives_the_robot() -> None:
     controller, events = listening_controller(["go forward"])
-    controller.stop_by_hand(2.0, "stopped by a key")
+    controller.press(2.0)
     assert controller.velocities == (0, 0)
     assert events[-1] == Notice(2.0, "stopped by a key", good=True, stops=True)
     controller.hear(heard("go forward", now=0.5))  # when it was pressed is not known
@@ -364,11 +297,10 @@ def test_a_key_stops_whatever_drives_the_robot() -> None:
 
 def test_of_two_keys_the_later_counts_and_a_key_at_no_time_stops_too() -> None:
     controller, _ = listening_controller(["go forward"])
-    with pytest.raises(ConfigError):
-        controller.stop_by_hand(4.0, "stopped by a key", math.nan)
+    controller.press(4.0, pressed=math.nan)
     assert not controller.moving
-    for pressed in (3.0, 2.0):
-        controller.stop_by_hand(4.0, "stopped by a key", pressed)
+    for pressed in (3.0, 2.0, math.nan):
+        controller.press(4.0, pressed=pressed)
     controller.hear(heard("go forward", now=2.5))
     assert not controller.moving
 
@@ -380,7 +312,7 @@ def said(text: str, start: float, decided: float, source: str = "microphone") ->
 @pytest.mark.parametrize("ended", [1.8, 2.1])
 def test_what_somebody_began_to_say_before_a_key_was_pressed_moves_nothing(ended: float) -> None:
     controller, events = listening_controller()
-    controller.stop_by_hand(2.0, "stopped by a key", 2.0)
+    controller.press(2.0, pressed=2.0)
     controller.hear(said("go forward", 1.4, ended + 0.3))
     assert controller.velocities == (0, 0)
     (utterance,) = [e for e in events if isinstance(e, Utterance)]
@@ -411,8 +343,8 @@ def test_what_was_begun_before_a_stop_from_elsewhere_and_settled_after_it_moves_
 
 def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
     controller, events = listening_controller()
-    controller.stop(1.0, "it is lost")
-    controller.stop(2.0, "it is back", good=True)
+    controller.lose(1.0, "it is lost")
+    controller.lose(2.0, None)
     assert [e.stops for e in events if isinstance(e, Notice)] == [True, False]
     controller.hear(heard("go forward", now=1.9))
     assert not controller.moving
@@ -423,7 +355,7 @@ def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
 @given(st.lists(st.sampled_from(COMMANDS), max_size=20))
 def test_in_a_rehearsal_all_is_told_and_nothing_moves(spoken: list[str]) -> None:
     controller, events = listening_controller()
-    controller.rehearsing = True
+    controller.rehearse()
     for text in spoken:
         controller.hear(heard(text))
         controller.send(0)
@@ -438,7 +370,7 @@ def test_in_a_rehearsal_all_is_told_and_nothing_moves(spoken: list[str]) -> None
 
 def test_a_rehearsal_does_not_keep_stop_from_a_robot_that_moves() -> None:
     controller, _ = listening_controller(["go forward"])
-    controller.rehearsing = True
+    controller.rehearse()
     controller.hear(heard("stop"))
     assert controller.velocities == (0, 0)
 
@@ -452,10 +384,9 @@ ASKING = """
 """
 
 
-def asking_controller() -> tuple[Controller, list[Event]]:
-    events: list[Event] = []
-    table = convert(msgspec.toml.decode(ASKING), Config).table
-    return Controller([events.append], Safety(), listening=True, table=table), events
+def asking_controller() -> tuple[Controlled, list[Event]]:
+    controller = Controlled(table=convert(msgspec.toml.decode(ASKING), Config).table)
+    return controller, controller.events
 
 
 def obeyed(events: list[Event]) -> list[str]:
@@ -505,7 +436,7 @@ def test_while_it_is_asked_receivers_know_what_may_be_answered() -> None:
 
 def test_a_robot_with_a_name_stays_awake_for_the_answer_to_what_asks_first() -> None:
     controller, events = asking_controller()
-    controller.name = "hey robot"
+    controller.change_rules(name="hey robot")
     spoken = {"source": "microphone", "latency": 0.2}
     controller.hear(replace(heard("self destruct", now=1), named=True, **spoken))
     controller.send(9.5)
@@ -529,3 +460,145 @@ def test_what_a_recognizer_with_a_name_hears_without_it_moves_no_controller() ->
     assert obeyed(events) == ["stop", "go forward"]
     controller.hear(replace(said, t=4, start=4, text="go back", command="go back"))
     assert controller.velocities == (-0.1, 0)
+
+
+def go_forward(t: float, source: str = "text") -> Utterance:
+    return Utterance(t, "go forward", 1.0, True, t, t, source)
+
+
+def warnings(controller: Controlled) -> list[str]:
+    return [event.text for event in controller.events if isinstance(event, Notice)]
+
+
+def test_a_stop_at_a_time_makes_late_what_was_said_before() -> None:
+    controller, events = listening_controller(["go forward"])
+    controller.stop(5.0, "control loop stalled")
+    assert events[-1] == Notice(5.0, "control loop stalled", stops=True)
+    controller.hear(heard("go forward", now=4))  # said before
+    assert controller.velocities == (0, 0)
+
+
+def test_s5_a_lost_robot_stops_the_motion_and_is_named_once() -> None:
+    controller, _ = listening_controller(["go forward"])
+    controller.lose(0.1, None, "ros2")
+    assert controller.velocities == (0.1, 0)
+    for t in (0.2, 0.3):
+        controller.lose(t, "the robot ros2 is lost (nobody listens)", "ros2")
+        assert controller.velocities == (0, 0)
+    assert warnings(controller) == ["the robot ros2 is lost (nobody listens): the robot stops"]
+
+
+def test_s5_what_was_said_while_it_was_lost_does_not_move_it_when_it_is_back() -> None:
+    controller, events = listening_controller()
+    controller.lose(0.0, "gone", "ros1")
+    controller.hear(go_forward(0.1))
+    controller.lose(0.2, None, "ros1")
+    assert controller.velocities == (0, 0)
+    assert warnings(controller)[-1] == "ros1 is there; the robot waits for a command"
+    assert [event.good for event in events if isinstance(event, Notice)] == [False, True]
+    controller.hear(go_forward(0.3))
+    controller.lose(0.4, None, "ros1")
+    assert controller.velocities == (0.1, 0)
+
+
+def test_s5_the_second_of_two_that_are_lost_stops_it_too() -> None:
+    controller, _ = listening_controller()
+    controller.lose(0.0, "gone", "ros1")
+    controller.hear(go_forward(0.1))  # for the other one
+    controller.lose(0.2, "gone too", "ros2")
+    assert controller.velocities == (0, 0)
+    assert warnings(controller) == ["gone: the robot stops", "gone too: the robot stops"]
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=50))
+def test_s5_motion_ends_with_every_change_and_goes_on_without_one(
+    steps: list[tuple[bool, bool, bool]],
+) -> None:
+    controller, _ = listening_controller()
+    before = (False, False)
+    for t, (a, b, command) in enumerate(steps):
+        if command:
+            controller.hear(go_forward(t))
+        moving = controller.velocities
+        for name, lost in (("a", a), ("b", b)):
+            controller.lose(t, "lost" if lost else None, name)
+        assert controller.velocities == ((0, 0) if (a, b) != before else moving)
+        before = (a, b)
+
+
+def test_s5_commands_of_a_lost_source_are_late_until_it_is_back() -> None:
+    controller, events = listening_controller()
+    controller.lose(1.0, "gone", "page", "page", "browser")
+    for source, moves in (("page", False), ("browser", False), ("text", True)):
+        controller.hear(go_forward(1.1, source))
+        assert controller.moving == moves
+    told = [event for event in events if isinstance(event, Utterance)]
+    assert [event.ignored for event in told] == ["too_late", "too_late", None]
+    controller.lose(1.2, None, "page", "page", "browser")
+    controller.hear(go_forward(1.3, "browser"))
+    assert controller.moving
+
+
+def test_s5_a_source_with_two_losses_is_heard_again_when_both_are_over() -> None:
+    controller, _ = listening_controller()
+
+    def moves(t: float, page: str | None, microphone: str | None) -> bool:
+        controller.lose(t, page, "page", "page", "browser")
+        controller.lose(t, microphone, "hearing", "browser")
+        controller.hear(go_forward(t, "browser"))
+        return controller.moving
+
+    assert not moves(1, "gone", "no sound comes")
+    assert not moves(2, None, "no sound comes")
+    assert moves(3, None, None)
+
+
+def set_going(controller: Controlled) -> None:
+    """Let it move without a command, as by a fault in voz."""
+    controller.state = replace(
+        controller.state, robot=State(listening=True, motion=Motion(linear=100))
+    )
+
+
+def test_s5_while_it_is_lost_what_moves_the_robot_without_a_command_is_stopped_again() -> None:
+    controller, _ = listening_controller()
+    for t in (0.1, 0.2, 0.3):
+        controller.lose(t, "gone", "page", "page")
+        assert not controller.moving
+        set_going(controller)
+    assert warnings(controller) == ["gone: the robot stops"] * 3
+
+
+@pytest.mark.parametrize(("source", "goes_on"), [("text", True), ("page", False)])
+def test_s5_while_it_is_lost_a_command_from_elsewhere_alone_goes_on(
+    source: str, goes_on: bool
+) -> None:
+    controller, _ = listening_controller()
+    controller.lose(0.1, "gone", "page", "page")
+    controller.hear(go_forward(0.2, "text"))
+    controller.lose(0.3, "gone", "page", "page")
+    assert controller.moving
+    # The last command that had an effect says who commands; a late stop has one.
+    controller.hear(replace(heard("stop", now=0.4), source=source))
+    set_going(controller)
+    controller.lose(0.5, "gone", "page", "page")
+    assert controller.moving == goes_on
+
+
+def test_s5_what_was_commanded_before_a_loss_does_not_go_on_after_it() -> None:
+    controller, _ = listening_controller()
+    controller.hear(go_forward(0.1))
+    controller.lose(0.2, "gone", "page", "page")
+    set_going(controller)
+    controller.lose(0.3, "gone", "page", "page")
+    assert not controller.moving
+
+
+def test_what_others_have_to_say_is_handed_on_and_changes_nothing() -> None:
+    controller, events = listening_controller(["go forward"])
+    before = controller.state
+    others = [Notice(1.0, "0.30 s of sound were lost"), Ended(1.0, "dance")]
+    for other in others:
+        controller.take(other, 1.0)
+    assert events[-2:] == others
+    assert controller.state == before

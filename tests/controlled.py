@@ -1,0 +1,102 @@
+"""A controller step by step: its state, and all events that came of its messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from voz.config import default_commands
+from voz.control.bounded_motion import Place
+from voz.control.controller import ControllerState, Rules, change_rules, halted, step
+from voz.control.messages import (
+    Beat,
+    ControllerMessage,
+    Halt,
+    Health,
+    Rehearsal,
+    StopMotion,
+    too_late,
+)
+from voz.control.state_machine import State
+from voz.control.table import CommandTable
+from voz.events import Event, Partial, Utterance
+from voz.settings import Safety
+
+
+class Controlled:
+    """Keeps what `step` returns; attributes of `Rules` may be given.
+
+    Attributes:
+        events: all so far.
+    """
+
+    def __init__(
+        self,
+        safety: Safety | None = None,
+        listening: bool = True,
+        table: CommandTable | None = None,
+        odometry: Callable[[float], Place | None] = lambda _: None,
+        **rules: Any,
+    ) -> None:
+        rules = {"table": table or default_commands(), "safety": safety or Safety(), **rules}
+        self.state = ControllerState(Rules(**rules), State(listening=listening))
+        self.events: list[Event] = []
+        self._odometry = odometry
+
+    def take(self, message: ControllerMessage, now: float) -> None:
+        """Let a message take effect."""
+        self.state, events = step(self.state, message, now, self._odometry(now))
+        self.events += events
+
+    def hear(self, event: Utterance | Partial, late: bool = False) -> None:
+        """Let an utterance or a partial take effect."""
+        message: Any = too_late(event) if late else event
+        self.take(message, event.t)
+
+    def send(self, now: float) -> None:
+        """Let time pass."""
+        self.take(Beat(), now)
+
+    def halt(self) -> None:
+        """Let the robot stand still."""
+        self.state = halted(self.state)
+
+    def stop(self, now: float, why: str) -> None:
+        """End the motion until a new command."""
+        self.take(StopMotion(why), now)
+
+    def press(self, now: float, why: str = "stopped by a key", pressed: float = 0.0) -> None:
+        """Stop by a key."""
+        self.take(Halt(why, pressed), now)
+
+    def lose(self, now: float, problem: str | None, name: str = "a", *sources: str) -> None:
+        """Lose something, or find it again."""
+        self.take(Health(name, problem, f"{name} is there", sources), now)
+
+    def rehearse(self, on: bool = True) -> None:
+        """Begin or end a rehearsal."""
+        self.take(Rehearsal(on), 0.0)
+
+    def change_rules(self, **changes: Any) -> None:
+        """Control by other rules."""
+        self.state = change_rules(self.state, **changes)
+
+    @property
+    def velocities(self) -> tuple[float, float]:
+        """The velocities, m/s and rad/s."""
+        return self.state.robot.motion.velocities()
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot is asked to move."""
+        return self.state.robot.moving
+
+    @property
+    def listening(self) -> bool:
+        """Whether commands are obeyed."""
+        return self.state.robot.listening
+
+    @property
+    def awake(self) -> bool:
+        """Whether spoken commands count."""
+        return self.state.reported.awake

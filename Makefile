@@ -49,7 +49,7 @@ wyoming: ## Install what `voz serve` and `voz run --wyoming` need
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
 
-training: ## Install what teaches the second ear: PyTorch, into .venv-training
+training: ## Install what teaches the network: PyTorch, into .venv-training
 	@sh tools/install.sh training
 
 docs: ## Build the documents, with the reference made from the program, into site/

@@ -24,14 +24,15 @@ from pathlib import Path
 
 import numpy as np
 
+from voz.api.recognizer import Recognizer
+from voz.apps.recordings.calibration import MIN_SENTENCES, Said, Score, calibrate, score
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles, find_language
-from voz.recognition.recognizer import Recognizer, learned_by
+from voz.recognition.engine import learned_by
 from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, Score, calibrate, score
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
@@ -40,7 +41,7 @@ LEARNT_FROM = 14
 SEEDS = range(3)
 PARTS = 7
 NOTHING = StartVector()
-COLUMNS = ("right", "obeyed", "wrong")
+COLUMNS = ("right", "accepted", "wrong")
 
 
 def hear(language: LanguageFiles, clips: Iterable[Clip], learnt: StartVector) -> list[Score]:

@@ -61,9 +61,9 @@ import sys
 from pathlib import Path
 from voz.audio.sound_files import read_blocks
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.segmenter import segments
-from voz.language.language_files import LanguageFiles
-from voz.recognition.decoder import Decoder, mean_start
+from voz.audio.segmenter import (segments)
+from voz.language.language_files import (LanguageFiles)
+from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 from voz.recognition.language import load_language
 decoder = Decoder(load_language(LanguageFiles(Path(sys.argv[2]))))
 for path in sorted(Path(sys.argv[1]).glob("*.wav")):
@@ -204,13 +204,13 @@ def engines(folder: Path, place: Path, installed: Path | None) -> dict[str, list
     def voz(*options: object, run: int = 0) -> list[object]:
         return decode(folder, place / f"heard{run}.jsonl", *options)
 
-    one = ("--jobs", 1, "--ears", 1)
+    one = ("--jobs", 1, "--no-network")
     plain = [sys.executable, "-c"]
     found: dict[str, list[list[object] | None]] = {
         "voz, with the network": [voz("--jobs", 1)],
         "voz, without the network": [voz(*one)],
         "voz, with the network, 2 processes": [voz("--jobs", 2)],
-        "voz, without the network, 2 processes": [voz("--jobs", 2, "--ears", 1)],
+        "voz, without the network, 2 processes": [voz("--jobs", 2, "--no-network")],
         "voz, without the network, two runs side by side": [voz(*one, run=run) for run in range(2)],
         "voz's end-pointing and search alone": [[*plain, ALONE, folder, STEM.parent]],
         "plain pocketsphinx in a loop": [[*plain, PLAIN, folder, f"{STEM}.gram", f"{STEM}.dic"]],

@@ -87,8 +87,8 @@ def do(action: str, commands: Path, out: Path) -> None:
     if action == "build":
         build(commands, out)
     elif action == "load in voz":
-        from voz.recognition.decoder import Decoder as Searched
         from voz.recognition.language import load_language
+        from voz.recognition.pocketsphinx.decoder import Decoder as Searched
 
         Searched(load_language(files))
     elif action.startswith("parse"):

@@ -18,6 +18,7 @@ from pathlib import Path
 from machine import machine, peak_megabytes
 
 from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
+from voz.audio.sound_files import read_blocks
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
@@ -51,10 +52,9 @@ def without_confidence() -> Understand:
     from voz.audio.denoise import denoise_if_noisy
     from voz.audio.segment import Segment
     from voz.audio.segmenter import Segmenter
-    from voz.audio.sound_files import read_blocks
     from voz.language.language_files import find_language
-    from voz.recognition.decoder import Decoder, mean_start
     from voz.recognition.language import load_language
+    from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 
     decoder = Decoder(load_language(find_language(None)))
 
@@ -70,9 +70,9 @@ def without_confidence() -> Understand:
 
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
+    from voz.api.recognizer import Recognizer
     from voz.audio.sound_files import read_blocks
     from voz.language.language_files import find_language
-    from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition
 
     recognizer = Recognizer(find_language(None), Recognition())

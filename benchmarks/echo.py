@@ -23,6 +23,7 @@ from loudspeakers import PATHS, ROOM_NOISE, EchoPath, Floats, Played, loud_power
 from machine import machine, one_line_errors
 from mix_rooms import is_held_back
 
+from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.apps.web.page_playback import PLAYBACK_DELAY
@@ -38,7 +39,6 @@ from voz.hearing.half_duplex import (
     HalfDuplex,
 )
 from voz.language.language_files import find_language
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 LEVELS = (0.0, 10.0)

@@ -28,12 +28,12 @@ import soundfile
 import typer
 from machine import machine
 
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import to_int16
 from voz.events import Utterance
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 COFFEE = Path(__file__).parent.parent / "examples" / "coffee.txt"

@@ -21,6 +21,7 @@ import soxr
 import typer
 from machine import machine
 
+from voz.api.recognizer import Recognizer
 from voz.audio import Samples
 from voz.audio.sound_files import to_int16
 from voz.config import load_config
@@ -28,7 +29,7 @@ from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles
 from voz.language.spoken_language import add_language, find_sources, read_language
-from voz.recognition.recognizer import Recognizer, confidence_model
+from voz.recognition.engine import confidence_model
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 

@@ -48,11 +48,11 @@ def listed(commands: list[str], size: int) -> list[str]:
 
 def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
     """Hear the commands with a list of so many sentences; runs in a process of its own."""
+    from voz.api.recognizer import Recognizer
     from voz.apps.recordings.manifest import read_manifest
     from voz.audio.sound_files import read_blocks
     from voz.language.build import build
     from voz.language.language_files import LanguageFiles
-    from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition
 
     everything = read_manifest(manifest)

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine
 
+from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.noise import generator_for, mix, random_stretch
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.recording_level import Fault, RecordingLevel, find_faults, measure_level
 from voz.audio.sound_files import read_blocks
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

@@ -22,9 +22,8 @@ from voz.audio.sound_files import read_blocks, to_int16
 from voz.language.language_files import LanguageFiles
 from voz.language.similarity import find_similar
 from voz.language.similarity_report import confusion_rate
-from voz.recognition.accents import spellings
-from voz.recognition.language import Language, load_language
-from voz.recognition.phoneme_scorer import scorer_for
+from voz.recognition.language import Language, load_language, spellings
+from voz.recognition.network.score import scorer_for
 
 NOISES = (None, 10, 5, 0)
 """Signal to noise, dB."""

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from machine import machine, one_line_errors
+from voz.recognition.recognizer import Recognizer
 
 import voz
 from voz.apps.evaluation.noise import speech_power
@@ -31,7 +32,7 @@ from voz.audio.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance
 from voz.language.language_files import find_language
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.recognizer import Recognizer, open_stream
+from voz.recognition.engine import open_stream
 from voz.recognition.stream import Stream
 from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.sources import text_utterance

@@ -24,6 +24,7 @@ import typer
 from machine import machine, one_line_errors
 from mix_rooms import EVERY, FLOOR, Sound, background, is_scored, mixed, read
 
+from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.statistics import AlarmRate, alarm_rate
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
@@ -31,11 +32,9 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import to_samples
 from voz.cli.text_io import with_bar
 from voz.language.language_files import find_language
-from voz.recognition.language import load_language
-from voz.recognition.name_finder import NameFinder
-from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
-from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import with_more_words
+from voz.recognition.language import load_language, with_more_words
+from voz.recognition.name import NameFinder
+from voz.recognition.network.score import PhonemeScorer, scorer_for
 from voz.settings import Recognition
 
 ROOMS = (("quiet", None), ("kitchen", 10), ("motors", 10), ("babble", 10))

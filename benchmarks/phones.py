@@ -22,8 +22,8 @@ import typer
 
 from voz.apps.recordings.manifest import parse_records
 from voz.cli.text_io import with_bar
-from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.phoneme_scorer import PHONE_SYMBOLS_FILE, load_network
+from voz.recognition.network.phoneme_network import BLANKS
+from voz.recognition.network.score import PHONE_SYMBOLS_FILE, load_network
 
 ROUNDS = 4
 """The alignments have settled by then."""

@@ -19,6 +19,7 @@ from machine import machine, one_line_errors
 from mix_rooms import read
 from rooms import LISTING, Said
 
+from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
@@ -30,7 +31,6 @@ from voz.errors import ConfigError
 from voz.events import Utterance
 from voz.files import read_json
 from voz.language.language_files import find_language
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Ask, Recognition
 
 ANSWER = 1.0

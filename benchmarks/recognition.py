@@ -37,7 +37,7 @@ from voz.language.language_files import LanguageFiles
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
-ENGINES = ["voz", "first-ear", "pocketsphinx-phone-loop"]
+ENGINES = ["voz", "without-network", "pocketsphinx-phone-loop"]
 KITCHEN = "dishes"
 """Part of the name of the recording of a kitchen."""
 

@@ -26,13 +26,13 @@ import typer
 from machine import machine, one_line_errors
 from mix_rooms import FLOOR, LEVEL, Sound, at_level, background
 
+from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import to_int16
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 ARM = Path(__file__).parent.parent / "examples" / "arm" / "commands.txt"

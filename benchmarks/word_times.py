@@ -22,9 +22,9 @@ from rich.console import Console
 from rich.table import Table
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import read_manifest
 from voz.events import SpokenWord
-from voz.recognition.recognizer import Recognizer
 
 VOICES = ("kal_diphone", "ked_diphone", "cmu_us_slt_arctic_hts")
 
@@ -86,7 +86,7 @@ def main(
     most: Annotated[int, typer.Option(help="How many of them.")] = 150,
 ) -> None:
     """Print the table."""
-    network, alone = voz.load(), voz.load(settings=voz.Recognition(second_ear=False))
+    network, alone = voz.load(), voz.load(settings=voz.Recognition(use_network=False))
     table = Table("", "words", "number", "median, ms", "10 %", "90 %", "mean of sizes")
     said: dict[str, list[tuple[Times, Times]]] = {"network": [], "pocketsphinx": []}
     with TemporaryDirectory() as folder:

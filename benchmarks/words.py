@@ -27,13 +27,13 @@ import typer
 from machine import machine, one_line_errors
 from mix_rooms import is_held_back
 
+from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.number_words import SMALL, TENS
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))

@@ -16,10 +16,10 @@ from programs import PATIENCE
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
+from voz.api.recognizer import Recognizer
 from voz.language.language_files import LanguageFiles
 from voz.process.signals import AUDIO_THREADS
 from voz.recognition.language import Language, load_language
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too

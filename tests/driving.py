@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from voz.api.recognizer import Recognizer
 from voz.config import Config, default_commands
 from voz.control.table import DEFAULT_STATE
 from voz.events import Receiver
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Source, run_paced, run_unpaced
 from voz.run.session import OpenRobots
 from voz.run.sources import recorded_items, typed_items

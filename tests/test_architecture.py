@@ -72,6 +72,19 @@ def test_the_parts_of_language_import_one_way() -> None:
     list(TopologicalSorter(below).static_order())
 
 
+def test_recognition_imports_one_way() -> None:
+    below: dict[str, set[str]] = {}
+    for path, module in MODULES.items():
+        if path[:2] == ("voz", "recognition") and path[2] != "__init__":
+            names = set(imported(module, "voz.recognition")) - {path[2]}
+            below.setdefault(path[2], set()).update(names)
+    assert below["network"] == {"language"}
+    assert below["pocketsphinx"] == {"language", "thresholds"}
+    assert below["thresholds"] == {"confidence"}
+    assert below["language"] == below["confidence"] == set()
+    list(TopologicalSorter(below).static_order())
+
+
 def test_the_core_imports_nothing_that_stands_around_it() -> None:
     around = {"apps", "cli"}
     core = {path: module for path, module in MODULES.items() if around.isdisjoint(path)}

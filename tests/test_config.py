@@ -30,6 +30,18 @@ def test_what_the_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     assert load_config(write(tmp_path, "")) == Config()
 
 
+def test_an_old_name_still_works_and_says_what_it_is_called(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = write(tmp_path, "[recognition]\nsecond_ear = false\n")
+    config = load_config(path)
+    assert not config.recognition.use_network
+    assert caplog.messages == [f"{path}: [recognition] second_ear is called use_network"]
+    assert overridden(config, {}).old_names == config.old_names == tuple(caplog.messages)
+    both = load_config(write(tmp_path, "[recognition]\nuse_network = true\nsecond_ear = false\n"))
+    assert both.recognition.use_network
+
+
 def test_who_gives_a_robot_a_table_is_told_its_place(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"`my_robot`; .*; \[own\.MODULE\] is for robots of your"):
         load_config(write(tmp_path, "[my_robot]\nport = 3\n"))

@@ -21,11 +21,11 @@ from programs import wait_until
 from recordings import ROOT, Recording
 from synthesis import phrase, with_floor
 
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 EXAMPLES = ROOT / "examples"

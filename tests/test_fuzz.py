@@ -24,10 +24,9 @@ from voz.config import load_config
 from voz.errors import VozError
 from voz.language.build import build
 from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
-from voz.recognition.decoder import Decoder
 from voz.recognition.language import load_language
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.mllr import MeanTransform, as_text, is_transforms
+from voz.recognition.pocketsphinx.decoder import Decoder
+from voz.recognition.speaker.adaptation import MeanTransform, StartVector, as_text, is_transforms
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
 
 SOURCE = FIXTURES / "formats" / "mono_8000.wav"

@@ -12,13 +12,13 @@ from make_fixtures import LISTS, lines, list_clips, list_names
 from recordings import ROOT
 from synthesis import Fixture, speak, write
 
+from voz.api.recognizer import Recognizer
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import UtteranceRow
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.pronunciation import GUESS_ORIGIN
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 CLEAR_VOICES = ("flite_slt", "flite_rms")

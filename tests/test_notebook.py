@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from recordings import Recording
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.notebook import MARGIN, MAX_KEPT_SOUNDS, MAX_PLAYED_SECONDS, keep_sounds
-from voz.recognition.recognizer import Recognizer
 
 HEARD = voz.Utterance(
     5.6, "go forward", 0.98, True, 4.7, 5.6, "microphone", above=31.4, latency=0.2, score=24.9,

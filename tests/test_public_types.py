@@ -16,8 +16,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import voz
-from voz.recognition.live_utterances import MicrophoneUtterances
-from voz.recognition.recognizer import Recognizer
+from voz.api.microphone import MicrophoneUtterances
+from voz.api.recognizer import Recognizer
 
 
 class Opaque:
@@ -106,9 +106,9 @@ FUNCTIONS: dict[str, Callable[[Recognizer], Call]] = {
     "Controller.run": lambda _: (drives().run, ([],)),
     "Recognizer": lambda r: (voz.Recognizer, (r.files, voz.Recognition(), None, False)),
     "Recognizer.reload": lambda r: (r.reload, (nothing,)),
-    "Recognizer.accept_by": lambda r: (r.accept_by, (1.0,)),
+    "Recognizer.set_false_alarm_rate": lambda r: (r.set_false_alarm_rate, (1.0,)),
     "Recognizer.expect": lambda r: (r.expect, ((),)),
-    "Recognizer.needed": lambda r: (r.needed, ("stop",)),
+    "Recognizer.threshold_of": lambda r: (r.threshold_of, ("stop",)),
     "Recognizer.listen": lambda r: (r.listen, (16_000,)),
     "Recognizer.decode": lambda r: (partial(decode, r), (QUIET, 16_000, False, 0)),
     "Recognizer.microphone": lambda r: (r.microphone, ("no such",)),

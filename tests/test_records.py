@@ -30,7 +30,7 @@ from voz.settings import Recognition, Safety, Section
 ENTRIES = Path(voz.__file__).parent
 
 SENTENCE = {"t": 0.0, "text": "stop", "confidence": 1.0}
-MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarms_fall": 1.0}
+MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarm_exponent": 1.0}
 NEEDED: dict[str, dict[str, Any]] = {
     "Alternative": {"text": "stop", "confidence": 1.0},
     "Attention": {"t": 0.0, "awake": True},
@@ -38,7 +38,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "MissRate": {"alarms": 1.0, "missed": 0.1},
     "Ended": {"t": 0.0, "name": "arm:wave"},
     "Model": MODEL,
-    "Models": {"two_ears": MODEL, "one_ear": MODEL},
+    "Models": {"with_network": MODEL, "without_network": MODEL},
     "Partial": SENTENCE,
     "Play": {"t": 0.0, "sound": "beep.wav"},
     "PossibleCommand": {"text": "go back", "command": "go back"},

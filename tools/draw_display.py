@@ -12,10 +12,10 @@ from types import SimpleNamespace
 from rich.console import Console
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.audio.sound_files import read_blocks
 from voz.events import shift_time
 from voz.language.language_files import find_language
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 from voz.terminal.display import Display
 
@@ -34,7 +34,7 @@ def main() -> None:
     """Let the display hear some recordings, and keep how it looks then."""
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
-    sound = SimpleNamespace(peak=0.12, background=-64.0, deaf=False, device="USB Audio Device")
+    sound = SimpleNamespace(peak=0.12, background=-64.0, speaking=False, device="USB Audio Device")
     controller = voz.Controller([])
     display = Display(sound, controller, lambda: "")
     controller.receivers.append(display.receive)

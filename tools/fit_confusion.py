@@ -30,10 +30,13 @@ from voz.errors import VozError
 from voz.language.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.language.spoken_language import ENGLISH_MODEL
-from voz.recognition.decoder import mean_start
-from voz.recognition.evidence import UNPRUNED
-from voz.recognition.phone_loop import filler_dictionary
-from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
+from voz.recognition.pocketsphinx.decoder import mean_start
+from voz.recognition.pocketsphinx.evidence import (
+    SILENCE,
+    SILENCE_WEIGHT,
+    UNPRUNED,
+    filler_dictionary,
+)
 
 PHONES = PHONE_NAMES.split()
 MOST_PHONES = 12

@@ -11,7 +11,7 @@ from noises import Random
 from torch import Tensor
 from torch.nn import functional
 
-from voz.recognition.phoneme_scorer import read_phone_symbols
+from voz.recognition.network.score import read_phone_symbols
 
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""

@@ -17,10 +17,9 @@ from speech import Clip, Pool, read
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import to_samples
 from voz.cli.text_io import with_bar
-from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
-from voz.recognition.name_evidence import NameEvidence, find_evidence
-from voz.recognition.name_finder import costs_around
-from voz.recognition.phoneme_scorer import PhonemeScorer, read_phone_symbols
+from voz.recognition.name import NameEvidence, costs_around, find_evidence
+from voz.recognition.network.ctc import Floats, Lattice, best_matches, lattice
+from voz.recognition.network.score import PhonemeScorer, read_phone_symbols
 
 Name = tuple[str, ...]
 """The phones of a name."""
@@ -120,7 +119,7 @@ def _scores(paths: Sequence[Path], seed: int, pool: Pool | None, names: Sequence
     for piece in _pieces(paths, seed, pool):
         sounds = _network().phone_likelihoods(piece)
         costs = costs_around(sounds, alone=True)
-        found.append(best_matches(sounds.relative, *costs, every).scores)
+        found.append(best_matches(sounds.log_ratios, *costs, every).scores)
     return np.reshape(found, (-1, len(names)))
 
 
@@ -138,7 +137,7 @@ def _of_others(
 def _evidence(sound: Samples, names: Sequence[Name]) -> list[NameEvidence]:
     sounds = _network().phone_likelihoods(sound)
     costs = costs_around(sounds, alone=True)
-    return [find_evidence(sounds.relative, *costs, _lattice(name)) for name in names]
+    return [find_evidence(sounds.log_ratios, *costs, _lattice(name)) for name in names]
 
 
 @cache

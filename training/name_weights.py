@@ -23,16 +23,16 @@ from speech import Clip, Pool, load_pools
 
 from voz.apps.recordings.manifest import read_manifests
 from voz.errors import VozError
-from voz.recognition.ctc import Floats, Places
-from voz.recognition.name_evidence import (
-    AROUND,
+from voz.recognition.name import (
+    CONTEXT_WEIGHT,
     LENGTH_LIMITS,
     WEIGHTS_FILE,
     NameEvidence,
     NameWeights,
     write_weights,
 )
-from voz.recognition.phoneme_scorer import read_phone_symbols
+from voz.recognition.network.ctc import Floats, Places
+from voz.recognition.network.score import read_phone_symbols
 
 PHONES = len(read_phone_symbols())
 
@@ -92,7 +92,7 @@ def examples(evidence: Sequence[NameEvidence]) -> Examples:
         phones[number, : len(one.phones)] = one.phones
         told[number, : len(one.phones)] = np.hstack([one.heard, kinds[one.lengths]])
     fits = np.array([one.fit for one in evidence], np.float32)
-    others = np.array([-AROUND * one.around for one in evidence], np.float32)
+    others = np.array([-CONTEXT_WEIGHT * one.around for one in evidence], np.float32)
     return Examples(fits, others, phones, told)
 
 

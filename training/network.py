@@ -1,4 +1,4 @@
-"""The phoneme network in PyTorch; `voz/recognition/phoneme_network.py` is the same in numpy."""
+"""The phoneme network in PyTorch; `voz/recognition/network/` computes the same in numpy."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from voz.recognition.network_file import Floats
-from voz.recognition.phoneme_network import (
+from voz.recognition.network.phoneme_network import (
     BLOCKS,
     DEPTHWISE,
     HEADS,
@@ -17,6 +16,7 @@ from voz.recognition.phoneme_network import (
     QUIETEST,
     TINY,
     WINDOW,
+    Floats32,
     spectrum_kernels,
 )
 
@@ -30,7 +30,7 @@ class Network(nn.Module):
     Its parameters have the names of the file of weights, with `/` where that has `.`.
     """
 
-    def __init__(self, weights: Mapping[str, Floats]) -> None:
+    def __init__(self, weights: Mapping[str, Floats32]) -> None:
         super().__init__()
         for name, tensor in weights.items():
             if name != FIXED:
@@ -53,7 +53,7 @@ class Network(nn.Module):
             x = self._block(f"blocks/{number}", x)
         return functional.log_softmax(self._linear("last", x), dim=-1)
 
-    def weights(self) -> dict[str, Floats]:
+    def weights(self) -> dict[str, Floats32]:
         """The tensors as the file of weights has them."""
         named = [*self.named_parameters(), (FIXED, self.get_buffer(FIXED))]
         return {name.replace("/", "."): t.detach().cpu().numpy().copy() for name, t in named}

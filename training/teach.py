@@ -30,14 +30,15 @@ from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
 from voz.audio import SAMPLE_RATE
-from voz.recognition.network_file import (
+from voz.recognition.network.phoneme_network import (
     DEFAULT_NETWORK,
+    MOMENT,
+    SHORTEST,
     Description,
     UnknownNetworkError,
     read_network,
     write_network,
 )
-from voz.recognition.phoneme_network import MOMENT, SHORTEST
 
 WARM_UP = 50
 """Steps in which the rate of learning rises; then it falls by a cosine to a twentieth."""
@@ -128,7 +129,7 @@ def teach(
         Description(
             symbols=first.description.symbols,
             origin=f"{first.description.origin}; taught {steps} steps, seed {seed}: {origin}",
-            licence=first.description.licence,
+            license=first.description.license,
         ),
     )
     batches = DataLoader(

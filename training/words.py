@@ -23,7 +23,7 @@ from speech import load_pools, read
 
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
-from voz.recognition.network_file import DEFAULT_NETWORK, read_network
+from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network
 
 AROUND = SAMPLE_RATE // 4
 """Samples of silence before and after each clip."""

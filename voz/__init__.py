@@ -28,11 +28,14 @@ from voz.errors import (
 )
 
 if TYPE_CHECKING:
+    from voz.api.controller import RobotController as Controller
+    from voz.api.listener import Listener
+    from voz.api.load import load
+    from voz.api.recognizer import Recognizer
     from voz.apps.batch.many import Decoded, decode_many
     from voz.apps.batch.results import read_results
     from voz.apps.web.client import Client
     from voz.config import Config, load_config
-    from voz.driving import RobotController as Controller
     from voz.events import (
         Alternative,
         Attention,
@@ -51,9 +54,6 @@ if TYPE_CHECKING:
         Twist,
         Utterance,
     )
-    from voz.loading import load
-    from voz.recognition.listener import Listener
-    from voz.recognition.recognizer import Recognizer
     from voz.robot.base import Robot
     from voz.settings import Recognition, Safety
     from voz.speech.builtin_sounds import BuiltinSound
@@ -68,17 +68,17 @@ _WHERE = {
     "Call": "voz.events",
     "Client": "voz.apps.web.client",
     "Config": "voz.config",
-    "Controller": "voz.driving:RobotController",
+    "Controller": "voz.api.controller:RobotController",
     "Decoded": "voz.apps.batch.many",
     "Ended": "voz.events",
     "Event": "voz.events",
-    "Listener": "voz.recognition.listener",
+    "Listener": "voz.api.listener",
     "Partial": "voz.events",
     "Play": "voz.events",
     "PossibleCommand": "voz.events",
     "Publish": "voz.events",
     "Recognition": "voz.settings",
-    "Recognizer": "voz.recognition.recognizer",
+    "Recognizer": "voz.api.recognizer",
     "Reply": "voz.events",
     "Robot": "voz.robot.base",
     "Run": "voz.events",
@@ -90,7 +90,7 @@ _WHERE = {
     "Utterance": "voz.events",
     "Notice": "voz.events",
     "decode_many": "voz.apps.batch.many",
-    "load": "voz.loading",
+    "load": "voz.api.load",
     "load_config": "voz.config",
     "read_results": "voz.apps.batch.results",
 }

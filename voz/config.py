@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import sys
 from difflib import get_close_matches
@@ -33,6 +34,9 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+
+_log = logging.getLogger("voz")
 
 
 class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
@@ -79,6 +83,15 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
         places: Places = self.__dict__.get("_places_in_file", {})
         return places
 
+    @property
+    def old_names(self) -> tuple[str, ...]:
+        """A line about each setting that the file calls by an old name."""
+        lines: tuple[str, ...] = self.__dict__.get("_old_names", ())
+        return lines
+
+
+OLD_NAMES = {("recognition", "second_ear"): "use_network"}
+"""What settings are called that were called otherwise, by their table and old name."""
 
 DEFAULT_COMMANDS_FILE = Path(__file__).parent / "control" / "commands.toml"
 """What voz's own commands do, as a user would write it."""
@@ -113,6 +126,8 @@ def load_config(path: Path) -> Config:
     """
     config = _read(Path(check_path(path, "path")))
     config.table  # noqa: B018 (raises what is wrong with it)
+    for line in config.old_names:
+        _log.warning(line)
     return config
 
 
@@ -121,6 +136,7 @@ def _read(path: Path) -> Config:
     text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", MAX_SETTINGS_BYTES)
     try:
         settings = tomllib.loads(text)
+        old_names = _rename(settings, path)
         places = _check_commands(settings, text, path)
         config = msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
@@ -133,8 +149,19 @@ def _read(path: Path) -> Config:
         raise ConfigError(f"{path}: {error}", _advice(error)) from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long", "shorten it") from None
-    config.__dict__["_places_in_file"] = places
+    config.__dict__.update(_places_in_file=places, _old_names=old_names)
     return config
+
+
+def _rename(settings: dict[str, Any], path: Path) -> tuple[str, ...]:
+    """Give settings the names of today; returns a line about each that had an old one."""
+    lines = []
+    for (table, old), new in OLD_NAMES.items():
+        values = settings.get(table)
+        if isinstance(values, dict) and old in values:
+            values.setdefault(new, values.pop(old))
+            lines.append(f"{path}: [{table}] {old} is called {new}")
+    return tuple(lines)
 
 
 def _from_the_same_file(config: Config, other: Config) -> Config:

@@ -54,7 +54,7 @@ class Recognition(Section, frozen=True, kw_only=True):
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
-        second_ear: whether the phoneme network decides; False leaves it all to pocketsphinx.
+        use_network: whether the phoneme network decides; False leaves it all to pocketsphinx.
         network: a file of weights for it, made by `training/teach.py`, from the folder you are in;
             None and "" take the one that comes with voz.
         confidence: a model of `voz fit-confidence`, from the folder you are in; None and "" take
@@ -69,7 +69,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     missed_cost: AtLeastOne = 2.0
     early_decision: Pause = 0.06
     threshold: Fraction | None = None
-    second_ear: bool = True
+    use_network: bool = True
     network: str | None = None
     confidence: str | None = None
 

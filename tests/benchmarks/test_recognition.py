@@ -52,7 +52,7 @@ def test_the_engines_stand_side_by_side(dev: Path, people: Path, tmp_path: Path)
     assert run.returncode == 0, run.stderr
     lines = [line for line in run.stdout.splitlines() if line.startswith("|")]
     rows = {label: figures for label, *figures in (line[2:-2].split(" | ") for line in lines)}
-    assert rows.pop("") == ["voz", "first-ear", "pocketsphinx-phone-loop"]
+    assert rows.pop("") == ["voz", "without-network", "pocketsphinx-phone-loop"]
     assert all(len(figures) == 3 for figures in rows.values())
     right = rows["commands right and accepted, American and British"]
     assert right == ["1.000 (1.00-1.00)"] * 3

@@ -242,10 +242,19 @@ def test_to_go_on_needs_an_output(voz: Any) -> None:
     assert "name it with --out" in voz("decode", GO_BACK, "--resume").complaint
 
 
-def test_one_ear_is_asked_for(voz: Any) -> None:
-    (line,) = voz("decode", "--json", "--ears", "1", GO_BACK).json
-    assert line["text"] == "go back"
-    assert "score" not in line
+def test_the_network_can_be_left_out_by_its_old_name_too(voz: Any, tmp_path: Path) -> None:
+    (settings := tmp_path / "voz.toml").write_text("[recognition]\nsecond_ear = false\n")
+    for options, notice in (
+        (["--no-network"], ""),
+        (["--no-network"], "warning: --ears 1 is called --no-network\n"),
+        (["--config", settings], f"warning: {settings}: [recognition] second_ear is called use_"),
+    ):
+        decoded = voz("decode", "--json", *options, GO_BACK)
+        (line,) = decoded.json
+        assert line["text"] == "go back"
+        assert "score" not in line
+        assert decoded.err.startswith(notice)
+        assert len(decoded.err.splitlines()) == bool(notice)
 
 
 def test_language_files_may_be_far_from_the_list_they_were_made_from(

@@ -42,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def decode(out: Path, folder: Path, *more: object) -> Result:
-    return in_process("decode", folder, "--ears", "1", "--jobs", "1", "--out", out, *more)
+    return in_process("decode", folder, "--no-network", "--jobs", "1", "--out", out, *more)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def known(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, b
 
 def begun(out: Path, folder: Path, *more: object) -> subprocess.Popen[str]:
     """Begin a run by two processes; the file is to be that of one."""
-    given = ["decode", folder, "--ears", "1", "--jobs", "2", "--out", out, *more]
+    given = ["decode", folder, "--no-network", "--jobs", "2", "--out", out, *more]
     command = [*VOZ, *map(str, given)]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
 
@@ -378,7 +378,7 @@ def test_a_full_disk_is_a_line_and_what_was_decoded_stays(folder: Path, tmp_path
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500)); "
     limited += "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     limited += "from voz.cli import main; sys.exit(main())"
-    command = [VOZ[0], "-c", limited, "decode", str(folder), "--ears", "1", "--out", str(out)]
+    command = [VOZ[0], "-c", limited, "decode", str(folder), "--no-network", "--out", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, env=os.environ, timeout=60)
     assert done.returncode == 2
     assert "heard.jsonl.journal: cannot be written" in done.stderr
@@ -389,7 +389,7 @@ def test_a_full_disk_is_a_line_and_what_was_decoded_stays(folder: Path, tmp_path
 def test_on_a_terminal_a_bar_tells_how_fast_it_goes(folder: Path, tmp_path: Path) -> None:
     ours, theirs = pty.openpty()
     out = tmp_path / "heard.jsonl"
-    given = ["decode", folder, "--ears", "1", "--jobs", "2", "--out", out]
+    given = ["decode", folder, "--no-network", "--jobs", "2", "--out", out]
     command = [*VOZ, *map(str, given)]
     shown = b""
     environment = os.environ | {"TERM": "xterm"}  # in a dumb one nothing moves

@@ -19,8 +19,8 @@ from calls import VOZ, Result, in_process
 from msgspec.structs import replace
 from recordings import FIXTURES, GO_BACK, read_manifest
 
-from voz.recognition.confidence_model import load_models, save_models
-from voz.recognition.network_file import DEFAULT_NETWORK, read_network, write_network
+from voz.recognition.confidence import load_models, save_models
+from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network, write_network
 
 Call = Callable[..., tuple[int, str, str]]
 
@@ -250,8 +250,8 @@ def test_that_there_is_no_talk_is_told_before_anything_is_recognized(tmp_path: P
 def own_model(tmp_path: Path) -> Path:
     """The package's, which now believes nothing; voz.toml beside it names it."""
     models = load_models()
-    doubting = replace(models.two_ears, intercept=-99.0)
-    save_models(replace(models, two_ears=doubting), tmp_path / "mine.json")
+    doubting = replace(models.with_network, intercept=-99.0)
+    save_models(replace(models, with_network=doubting), tmp_path / "mine.json")
     (tmp_path / "voz.toml").write_text('[recognition]\nconfidence = "mine.json"\n')
     return tmp_path / "mine.json"
 

@@ -11,12 +11,23 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import pytest
 from live_robot import speak
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-from voz.hearing.sound_watch import ONLY_SILENCE
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS
+from voz.events import Notice
+from voz.hearing.microphone_thread import (
+    LOSS_WARNING_INTERVAL,
+    MUTE_WARNING,
+    MUTED_AFTER,
+    ONLY_SILENCE,
+    SilenceCheck,
+    SoundWatch,
+)
+from voz.inbox import Inbox
 
 Pulse = tuple[dict[str, str], "subprocess.Popen[bytes]"]
 
@@ -42,8 +53,9 @@ def heard():
 
 def look(hearing, moving):
     trouble = hearing.trouble(moving)
-    tell(trouble=trouble, peak=hearing.peak, background=hearing.background, deaf=hearing.deaf,
-         device=hearing.device, now=time.monotonic() - begun, heard=heard())
+    tell(trouble=trouble, peak=hearing.peak, background=hearing.background,
+         speaking=hearing.speaking, device=hearing.device,
+         now=time.monotonic() - begun, heard=heard())
 
 hearing = Hearing(load(), sound_card(sys.argv[1] or None), inbox, lambda: time.monotonic() - begun)
 try:
@@ -136,7 +148,7 @@ def test_the_level_and_the_name_are_there_to_be_shown(pulse: dict[str, str]) -> 
         quiet = listener.until(lambda answer: is_well(answer) and answer["peak"] > 0)
         assert quiet["device"] == "mic.monitor"
         assert quiet["peak"] < 0.01
-        assert not quiet["deaf"]
+        assert not quiet["speaking"]
         speaking = subprocess.Popen(["paplay", "--device=mic", str(GO_BACK)], env=pulse)
         loud = listener.until(lambda answer: answer["peak"] > 0.1)
         assert loud["peak"] <= 1
@@ -166,7 +178,7 @@ def test_while_it_is_lost_nothing_is_shown_and_then_it_hears_again(own_pulse: Pu
         listener.until(lambda answer: is_well(answer) and answer["peak"] > 0)
         server.kill()
         lost = listener.until(lambda answer: is_lost(answer) and answer["peak"] == 0)
-        assert not lost["deaf"]
+        assert not lost["speaking"]
         with running_server(environment):
             listener.until(is_well)
             assert listener.utterances() == []  # nobody has said anything yet
@@ -204,3 +216,54 @@ def test_a_muted_microphone_is_warned_of_once_and_is_lost_only_for_a_robot_that_
         subprocess.run([*mute, "0"], env=environment, check=True)
         listener.until(is_well)
         assert len(listener.warnings(ONLY_SILENCE)) == 1
+
+
+SECOND = np.zeros(16000, np.int16)
+
+
+def warnings(inbox: Inbox) -> list[str]:
+    """What was told since the last look."""
+    told = []
+    while (message := inbox.take(0)) is not None:
+        assert isinstance(message, Notice)
+        told.append(message.text)
+    return told
+
+
+def test_silence_matters_from_a_motion_on_until_something_is_heard() -> None:
+    silence = SilenceCheck()
+    looks = [  # whether it is silent, whether the robot moves, what is told
+        (True, False, None),
+        (False, True, None),
+        (True, True, ONLY_SILENCE),
+        (True, False, ONLY_SILENCE),  # nobody could have stopped it
+        (False, False, None),
+        (True, False, None),
+    ]
+    assert [silence.trouble(*look) for *look, _ in looks] == [told for *_, told in looks]
+
+
+def test_a_microphone_that_is_muted_is_told_once_until_something_is_heard() -> None:
+    inbox = Inbox(["stop"])
+    watch = SoundWatch(inbox, lambda: 0.0)
+    for _ in range(2 * int(MUTED_AFTER)):
+        assert watch.check(SECOND, 0) == 0.0
+    assert watch.zeros == 2 * MUTED_AFTER
+    assert warnings(inbox) == [MUTE_WARNING]
+    assert watch.check(SECOND - 16384, 0) == 0.5
+    assert watch.zeros == 0.0
+    for _ in range(int(MUTED_AFTER)):
+        watch.check(SECOND, 0)
+    assert warnings(inbox) == [MUTE_WARNING]
+
+
+def test_sound_that_is_lost_again_and_again_is_told_now_and_then() -> None:
+    now = 0.0
+    inbox = Inbox(["stop"])
+    watch = SoundWatch(inbox, lambda: now)
+    watch.check(SECOND + 1, 1)
+    watch.check(SECOND + 1, 3)
+    now = LOSS_WARNING_INTERVAL
+    watch.check(SECOND + 1, 4)
+    lost = [f"{blocks * MICROPHONE_BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
+    assert [line.split(":")[0] for line in warnings(inbox)] == lost

@@ -24,8 +24,8 @@ from voz.language.acoustic_model import (
 )
 from voz.language.phone_distances import read_distances
 from voz.language.spoken_language import ENGLISH_MODEL
-from voz.recognition.decoder import mean_start
 from voz.recognition.language import Language
+from voz.recognition.pocketsphinx.decoder import mean_start
 from voz.recognition.speaker.adaptation import Aligned, Aligner, start_numbers
 
 FOLDER = Path(pocketsphinx.get_model_path(ENGLISH_MODEL))

@@ -22,11 +22,12 @@ from promises.run import COMMANDS, LIST, ROS2_SOURCE, Do, Door, Given, Outcome, 
 from promises.sound import BLOCK, BLOCK_SECONDS, WORKED, Room, speech
 
 import voz
+from voz.api.listener import SettledUtterances
+from voz.api.microphone import in_background
 from voz.audio import SAMPLE_RATE
 from voz.control.messages import End
 from voz.events import Utterance
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.live_utterances import SettledUtterances, in_background
 from voz.run.beat import BEATS_PER_SECOND
 from voz.run.clocks import WallClock
 from voz.run.offline import Source, run_unpaced
@@ -361,7 +362,7 @@ class Iterated:
             timeline.at(do.at, partial(do_now, do))
         timeline.at(seconds, lambda: put(None))
         timeline.each.append(hear)
-        with fake_time(timeline), mock.patch("voz.driving.Inbox", return_value=inbox):
+        with fake_time(timeline), mock.patch("voz.api.controller.Inbox", return_value=inbox):
             controller = voz.Controller(
                 given.receivers(outcome), given.safety, given.listening, commands=COMMANDS
             )

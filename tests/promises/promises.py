@@ -151,7 +151,7 @@ class Sound:
     device, name = "none", ""
     peak = background = 0.0
     listening = awake = True
-    deaf = False
+    speaking = False
 
 
 PROMISES = (

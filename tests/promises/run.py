@@ -10,10 +10,10 @@ from typing import Any, Protocol
 import msgspec
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.config import Config
 from voz.control.table import CommandTable
 from voz.events import Event, Notice, Receiver, Reply, Twist, Utterance
-from voz.recognition.recognizer import Recognizer
 from voz.settings import Ask, Recognition, Safety, Speech
 
 NAME = "hey robot"

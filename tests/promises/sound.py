@@ -70,7 +70,7 @@ class SteppedMicrophone:
     """An `OpenMicrophone` in a room: the thread that hears takes each block before time goes on."""
 
     name = "of the test"
-    whole = True
+    complete = True
     addressed = False
     blocks_lost = 0
 

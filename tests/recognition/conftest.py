@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from voz.recognition.language import Language
-from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
+from voz.recognition.network.score import PhonemeScorer, scorer_for
 
 
 @pytest.fixture(scope="module")

@@ -1,37 +1,47 @@
-"""The numbers that the evidence comes to, computed by hand, and the model of the package."""
+"""The confidence by hand, its models and their file, and what a rate of alarms costs."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
+from voz.errors import ConfigError
 from voz.language.phone_distances import read_distances
 from voz.recognition.confidence import (
-    HURRY_TOLERANCE,
-    IGNORED_FRAMES_AFTER,
     NOISE_VOICE,
+    POCKETSPHINX_FEATURES,
+    SCORE,
     SOFT_SPEECH_VOICE,
     SPEECH_VOICE,
     SURE_PROBABILITY,
+    VOICES_AROUND,
     Context,
+    MissRate,
+    Model,
+    alarm_rates_near,
     discount_for_context,
-    features,
+    load_models,
+    miss_rate_at,
     multiply_odds,
     probability,
-    trust_in_speech,
+    save_models,
+    speech_probability,
+    with_log_odds,
+)
+from voz.recognition.pocketsphinx.evidence import (
+    HURRY_TOLERANCE,
+    IGNORED_FRAMES_AFTER,
+    Alignment,
+    Evidence,
+    Span,
+    features,
     voices_around,
 )
-from voz.recognition.confidence_model import (
-    POCKETSPHINX_FEATURES,
-    SCORE,
-    VOICES_AROUND,
-    Model,
-    load_models,
-)
-from voz.recognition.evidence import Alignment, Evidence, Span
 
 PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
 SAID = Evidence(
@@ -72,17 +82,24 @@ def test_the_features_are_what_they_say() -> None:
 
 
 def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
-    assert [trust_in_speech(voice) for voice in (0, NOISE_VOICE, SPEECH_VOICE, 1)] == [0, 0, 1, 1]
-    assert 0 < trust_in_speech((NOISE_VOICE + SPEECH_VOICE) / 2) < 1
+    assert [speech_probability(voice) for voice in (0, NOISE_VOICE, SPEECH_VOICE, 1)] == [
+        0,
+        0,
+        1,
+        1,
+    ]
+    assert 0 < speech_probability((NOISE_VOICE + SPEECH_VOICE) / 2) < 1
 
 
 def test_what_the_network_knows_needs_little_voice_and_some() -> None:
-    assert trust_in_speech(SOFT_SPEECH_VOICE, SURE_PROBABILITY) == 1
-    assert trust_in_speech(SOFT_SPEECH_VOICE - 0.01, 1.0) == 0
-    assert trust_in_speech(SOFT_SPEECH_VOICE, SURE_PROBABILITY - 0.01) == 0
+    assert speech_probability(SOFT_SPEECH_VOICE, SURE_PROBABILITY) == 1
+    assert speech_probability(SOFT_SPEECH_VOICE - 0.01, 1.0) == 0
+    assert speech_probability(SOFT_SPEECH_VOICE, SURE_PROBABILITY - 0.01) == 0
 
 
-MADE_UP = Model(fitted_on=[], intercept=1.0, weights={"phones": 2.0}, alarms=2.0, alarms_fall=0.5)
+MADE_UP = Model(
+    fitted_on=[], intercept=1.0, weights={"phones": 2.0}, alarms=2.0, alarm_exponent=0.5
+)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
@@ -99,21 +116,21 @@ def test_voices_that_nearly_drown_a_command_speak_for_it_and_other_sound_against
     assert 0 < voices_around(20, 1) < voices_around(15, 1)
     assert voices_around(20, 0.5) < voices_around(20, 1)
     assert voices_around(5, 1) == voices_around(-5, 1)
-    assert load_models().one_ear.weights[VOICES_AROUND] > 0
+    assert load_models().without_network.weights[VOICES_AROUND] > 0
 
 
 def test_the_models_of_the_package_trust_a_better_match_more() -> None:
     models = load_models()
-    assert models.one_ear.fitted_on
-    assert models.two_ears.fitted_on
-    assert set(models.one_ear.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
-    assert set(models.one_ear.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
-    assert set(models.two_ears.weights) == {SCORE}
+    assert models.without_network.fitted_on
+    assert models.with_network.fitted_on
+    assert set(models.without_network.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
+    assert set(models.without_network.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
+    assert set(models.with_network.weights) == {SCORE}
     for name in ("phones", "worst word"):
-        assert models.one_ear.weights[name] > 0
+        assert models.without_network.weights[name] > 0
     for name in ("hurried", "not covered"):
-        assert models.one_ear.weights[name] < 0
-    assert models.two_ears.weights[SCORE] > 0
+        assert models.without_network.weights[name] < 0
+    assert models.with_network.weights[SCORE] > 0
 
 
 @given(st.floats(0, 1), st.floats(0.01, 100))
@@ -135,3 +152,71 @@ def test_the_less_is_known_to_be_quiet_the_less_likely_is_a_command(sure: float)
         for a in (Context.SPEECH, Context.UNKNOWN_AFTER, Context.QUIET)
     ]
     assert around[0] < around[1] < around[2] == pytest.approx(sure)
+
+
+def test_what_was_written_is_read(tmp_path: Path) -> None:
+    models = load_models()
+    changed = replace(models, without_network=with_log_odds(models.without_network, 1.5))
+    save_models(changed, tmp_path / "mine.json")
+    assert load_models(str(tmp_path / "mine.json")) == changed
+    assert changed.without_network.intercept == models.without_network.intercept + 1.5
+
+
+def test_a_feature_of_another_voz_is_refused(tmp_path: Path) -> None:
+    models = load_models()
+    strange = replace(models.with_network, weights={**models.with_network.weights, "luck": 1.0})
+    save_models(replace(models, with_network=strange), tmp_path / "mine.json")
+    with pytest.raises(ConfigError, match=r'"luck" is no feature of this voz\); name what'):
+        load_models(str(tmp_path / "mine.json"))
+
+
+def test_a_model_fitted_before_there_was_one_score_is_refused(tmp_path: Path) -> None:
+    models = load_models()
+    older = replace(models.with_network, weights={"worst word": 0.7, "second fit": 1.8})
+    save_models(replace(models, with_network=older), tmp_path / "mine.json")
+    with pytest.raises(ConfigError, match=r'"second fit" is no feature of this voz'):
+        load_models(str(tmp_path / "mine.json"))
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"without_network": 3}', "[1,2]", "\x00"])
+def test_what_is_no_such_file_is_one_line(text: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.json").write_text(text)
+    with pytest.raises(ConfigError, match="name what `voz fit-confidence` wrote"):
+        load_models(str(tmp_path / "mine.json"))
+
+
+def test_a_model_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be written"):
+        save_models(load_models(), tmp_path / "none" / "model.json")
+
+
+COSTS = (MissRate(0.1, 0.3), MissRate(1.0, 0.2), MissRate(10.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("alarms", "missed"), [(0.1, 0.3), (10.0, 0.0), (10**-0.5, 0.25), (10**0.5, 0.1)]
+)
+def test_between_two_rates_the_logarithm_counts(alarms: float, missed: float) -> None:
+    assert miss_rate_at(COSTS, alarms) == pytest.approx(missed)
+
+
+@given(st.floats(0.1, 10), st.floats(0.1, 10))
+def test_more_false_alarms_miss_fewer_commands(one: float, other: float) -> None:
+    fewer, more = miss_rate_at(COSTS, min(one, other)), miss_rate_at(COSTS, max(one, other))
+    assert fewer is not None
+    assert more is not None
+    assert fewer >= more - 1e-12
+
+
+@pytest.mark.parametrize("alarms", [0.09, 10.1])
+def test_beyond_what_was_looked_at_nothing_is_known(alarms: float) -> None:
+    assert miss_rate_at(COSTS, alarms) is None
+    assert miss_rate_at((), alarms) is None
+
+
+@pytest.mark.parametrize("model", [load_models().with_network, load_models().without_network])
+def test_what_comes_with_voz_tells_what_it_costs(model: Model) -> None:
+    assert tuple(cost.alarms for cost in model.costs) == alarm_rates_near(model.default_alarm_rate)
+    missed = [cost.missed for cost in model.costs]
+    assert missed == sorted(missed, reverse=True)
+    assert missed[0] > missed[-1]

@@ -9,16 +9,15 @@ from hypothesis import strategies as st
 from recordings import GO_BACK, Recording
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import NO_SAMPLES, Segment
 from voz.audio.sound_files import read_blocks, to_samples
 from voz.events import Alternative, Utterance, shift_time
 from voz.language.language_files import LanguageFiles
-from voz.recognition.confidence import Context
-from voz.recognition.confidence_model import SCORE
-from voz.recognition.details import Details, with_details
-from voz.recognition.hypothesis import Hypothesis
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.confidence import SCORE, Context
+from voz.recognition.decision import Hypothesis, Requirement, decide
+from voz.recognition.interpreter import Details, with_details
 from voz.settings import Recognition
 
 BY_NETWORK, ALONE = "network", "pocketsphinx alone"
@@ -31,7 +30,7 @@ def either(
     """A recognizer with the network, and one without."""
     if request.param == BY_NETWORK:
         return recognizer
-    return Recognizer(language, Recognition(second_ear=False))
+    return Recognizer(language, Recognition(use_network=False))
 
 
 def test_words_are_said_in_turn_while_there_is_sound(
@@ -98,7 +97,7 @@ def test_what_is_not_asked_for_is_not_there_and_costs_no_search(
     either: Recognizer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = either.decode(GO_BACK, words=True, best=3)
-    for function in ("phoneme_scorer.align", "details.with_details", "interpreter.with_details"):
+    for function in ("network.score.align", "interpreter.with_details"):
         monkeypatch.setattr(f"voz.recognition.{function}", None)
     (plain,) = either.decode(GO_BACK)
     assert (plain.words, plain.best) == ((), ())
@@ -142,9 +141,10 @@ def test_confidences_fall_and_are_one_together_at_most(
         return [("b", each) for each in likely[1:]][:number]
 
     segment = Segment(0.0, 1.0, 1.0, NO_SAMPLES)
-    heard = Hypothesis(segment, "a", 1.0, values={SCORE: 1.0}, others=others)
+    heard = Hypothesis(segment, "a", 1.0, features={SCORE: 1.0}, others=others)
     first = Utterance(1.0, "a", round(likely[0], 3), False, 0.0, 1.0, "")
-    best = with_details(first, heard, context, Details(best=count)).best
+    decision = decide(heard, Requirement(None, is_name=False, may_ask=False), context)
+    best = with_details(first, decision, Details(best=count)).best
     sure = [each.confidence for each in best]
     assert sure[0] == first.confidence
     assert sure == sorted(sure, reverse=True)

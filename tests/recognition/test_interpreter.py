@@ -13,9 +13,8 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.segment import Segment
 from voz.audio.segmenter import segments
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.confidence import Context
-from voz.recognition.confidence_model import SCORE
-from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.confidence import SCORE, Context
+from voz.recognition.decision import Decision, Hypothesis
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import StartVector
@@ -25,7 +24,7 @@ from voz.settings import Recognition
 BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
 """What was learned of a microphone that is quite another one."""
 
-ALONE = Recognition(second_ear=False)
+ALONE = Recognition(use_network=False)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +52,18 @@ def of(recordings: list[Recording], text: str, voice: str = "festival_slt") -> S
     return segment_of(next(r for r in recordings if (r.text, r.voice) == (text, voice)))
 
 
+def decided(
+    interpreter: Interpreter, heard: Hypothesis, around: Context = Context.QUIET
+) -> Decision:
+    return interpreter.rule.decide(heard, around)
+
+
 def same(one: Hypothesis, other: Hypothesis) -> bool:
-    return (one.text, one.probability, one.values) == (other.text, other.probability, other.values)
+    return (one.text, one.probability, one.features) == (
+        other.text,
+        other.probability,
+        other.features,
+    )
 
 
 @pytest.mark.slow
@@ -63,7 +72,7 @@ def test_the_sentence_of_a_segment_is_found_and_believed(
 ) -> None:
     heard = [interpreter.understand(segment_of(clip)) for clip in clips]
     assert [each.text for each in heard] == [clip.text for clip in clips]
-    assert all(each.values and each.probability > 0.9 for each in heard)
+    assert all(each.features and each.probability > 0.9 for each in heard)
 
 
 @pytest.mark.slow
@@ -95,8 +104,8 @@ def test_what_goes_on_for_longer_than_any_command_is_not_even_searched(
     length = interpreter.longest + 0.1
     padded = np.pad(stop.samples, (0, int(length * SAMPLE_RATE) - len(stop.samples)))
     heard = interpreter.understand(Segment(0, length, length, padded))
-    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
-    utterance = interpreter.utterance(heard, Context.QUIET, length, "")
+    assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
+    utterance = interpreter.utterance(decided(interpreter, heard), length, "")
     assert (utterance.accepted, utterance.reason) == (False, "not_a_command")
 
 
@@ -137,9 +146,11 @@ def test_a_speaker_who_is_worth_more_trust_gets_it(
         segment_of(r) for r in recordings if r.kind == "near-miss" and r.text.startswith("go")
     )
     doubted, believed = interpreter.understand(segment), trusted.understand(segment)
-    assert doubted.trust > 0
+    assert doubted.speech_probability > 0
     odds = [
-        each.probability / each.trust / (1 - each.probability / each.trust)
+        each.probability
+        / each.speech_probability
+        / (1 - each.probability / each.speech_probability)
         for each in (doubted, believed)
     ]
     assert odds[1] == pytest.approx(4 * odds[0], rel=1e-6)
@@ -154,8 +165,9 @@ def test_judging_and_accepting_agree_whatever_is_around(
     seen = set()
     for heard in map(interpreter.understand, cut):
         for around in Context:
-            judged = interpreter.utterance(heard, around, heard.segment.decided, "")
-            assert judged.accepted == interpreter.rule.decide(heard, around).accepted
+            decision = decided(interpreter, heard, around)
+            judged = interpreter.utterance(decision, heard.segment.decided, "")
+            assert judged.accepted == decision.accepted
             assert (judged.reason is None) == judged.accepted
             seen.add(judged.accepted)
     assert seen == {True, False}
@@ -165,7 +177,8 @@ def test_the_more_is_around_a_command_the_less_sure_it_is(
     interpreter: Interpreter, recordings: list[Recording]
 ) -> None:
     heard = interpreter.understand(of(recordings, "go back", "espeak_gb"))
-    sure = [interpreter.utterance(heard, around, 1, "").confidence for around in Context]
+    decisions = [decided(interpreter, heard, around) for around in Context]
+    sure = [interpreter.utterance(decision, 1, "").confidence for decision in decisions]
     assert sure == sorted(sure, reverse=True)
     assert sure[0] > sure[-1]
 
@@ -175,12 +188,12 @@ def test_an_utterance_says_where_it_was_and_how_long_it_took(
 ) -> None:
     segment = of(recordings, "go forward")
     heard = interpreter.understand(segment)
-    decided = segment.end + 0.3
-    utterance = interpreter.utterance(heard, Context.QUIET, decided, "a.wav")
-    assert (utterance.source, utterance.t) == ("a.wav", round(decided, 3))
+    when = segment.end + 0.3
+    utterance = interpreter.utterance(decided(interpreter, heard), when, "a.wav")
+    assert (utterance.source, utterance.t) == ("a.wav", round(when, 3))
     assert (utterance.start, utterance.end) == (round(segment.start, 3), round(segment.end, 3))
-    assert utterance.latency == round(decided - heard.spoken_until, 3)
-    assert utterance.score == round(heard.values[SCORE], 2) > 10
+    assert utterance.latency == round(when - heard.spoken_until, 3)
+    assert utterance.score == round(heard.features[SCORE], 2) > 10
     assert utterance.next_best == heard.next_best in {*interpreter.commands} - {"go forward"}
 
 
@@ -188,7 +201,7 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
     alone: Interpreter, recordings: list[Recording]
 ) -> None:
     heard = alone.understand(of(recordings, "go forward"))
-    utterance = alone.utterance(heard, Context.QUIET, heard.segment.decided, "a.wav")
+    utterance = alone.utterance(decided(alone, heard), heard.segment.decided, "a.wav")
     assert (utterance.text, utterance.accepted) == ("go forward", True)
     assert (utterance.score, utterance.next_best) == (None, heard.next_best)
     assert utterance.next_best in {*alone.commands} - {"go forward"}
@@ -246,8 +259,9 @@ def test_a_stop_is_spotted_before_it_is_over_and_other_commands_are_not(
     interpreter: Interpreter, alone: Interpreter, recordings: list[Recording]
 ) -> None:
     stop = of(recordings, "stop")
-    spotted = interpreter.spot(stop.samples)
-    assert spotted is not None
+    assert interpreter.spotter
+    spotted = interpreter.spotter.spot(stop.samples)
+    assert spotted
     assert spotted.text == "stop"
-    assert interpreter.spot(of(recordings, "rotate right").samples) is None
-    assert alone.spot(stop.samples) is None
+    assert interpreter.spotter.spot(of(recordings, "rotate right").samples) is None
+    assert alone.spotter is None

@@ -15,11 +15,11 @@ from voz.audio.segmenter import segments
 from voz.audio.sound_files import to_samples
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
-from voz.recognition.confidence_model import SCORE, load_models
-from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.confidence import SCORE, load_models
+from voz.recognition.decision import Hypothesis
+from voz.recognition.finders import MAX_COMPARED, NetworkFinder
 from voz.recognition.language import Language, load_language
-from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
-from voz.recognition.phoneme_scorer import PROPOSAL_BONUS, PhonemeScorer, scorer_for
+from voz.recognition.network.score import PROPOSAL_BONUS, PhonemeScorer, scorer_for
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -30,7 +30,7 @@ def finder(
 ) -> NetworkFinder:
     scorer = network or scorer_for(language)
     return NetworkFinder(
-        language, settings or Recognition(), Profile(), load_models().two_ears, scorer
+        language, settings or Recognition(), Profile(), load_models().with_network, scorer
     )
 
 
@@ -66,7 +66,7 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
     right = [text for text, heard in others.items() if heard.text == text]
     assert len(right) >= len(cut) - 1
     for text in {*right} - {"fold arm"}:
-        less = proposed[text].values[SCORE] - others[text].values[SCORE]
+        less = proposed[text].features[SCORE] - others[text].features[SCORE]
         # Its own nat, and at most as much of being ahead.
         assert PROPOSAL_BONUS - 1e-6 <= less <= 2 * PROPOSAL_BONUS + 1e-6
 
@@ -93,13 +93,13 @@ def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
         after=whole.samples[-last:],
     )
     bare = inner._replace(before=NO_SAMPLES, after=NO_SAMPLES)
-    score = understood(network_finder, inner).values[SCORE]
+    score = understood(network_finder, inner).features[SCORE]
     assert understood(network_finder, inner).text == "turn left"
-    assert score > understood(network_finder, bare).values[SCORE] + 1
+    assert score > understood(network_finder, bare).features[SCORE] + 1
     # The same sound is the same evidence; only pocketsphinx heard less of it.
     unchanged = whole._replace(before=NO_SAMPLES, after=NO_SAMPLES)
     assert score == pytest.approx(
-        understood(network_finder, unchanged).values[SCORE], abs=1.5 * PROPOSAL_BONUS
+        understood(network_finder, unchanged).features[SCORE], abs=1.5 * PROPOSAL_BONUS
     )
 
 
@@ -144,7 +144,7 @@ def test_a_room_that_only_hums_is_no_speech(network_finder: NetworkFinder) -> No
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     hum = (4000 * np.sin(2 * np.pi * 110 * time)).astype(np.int16)
     heard = understood(network_finder, Segment(0, 1, 1, hum))
-    assert (heard.trust, heard.probability) == (0, 0)
+    assert (heard.speech_probability, heard.probability) == (0, 0)
     assert heard.why_refused() == ("no_speech", None)
 
 
@@ -187,7 +187,7 @@ def test_a_long_list_is_searched_by_the_network_whatever_pocketsphinx_proposes(
     network_finder = finder(
         built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
     )
-    monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
+    monkeypatch.setattr("voz.recognition.finders.MAX_REFINEMENTS", 0)
     for proposed in ("tan tan tan", ""):
         monkeypatch.setattr(network_finder._decoder, "decode", lambda *_, text=proposed: text)
         assert understood(network_finder, said).text == "green white black"
@@ -205,14 +205,14 @@ def test_in_a_longer_list_what_the_network_hears_is_searched_around_in_turn(
     said: Segment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
-    monkeypatch.setattr("voz.recognition.network_finder.MAX_SEARCHED_WORDS", 0)
+    monkeypatch.setattr("voz.recognition.finders.MAX_SEARCHED_WORDS", 0)
     network_finder = finder(
         built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
     )
     monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "tan tan tan")
     assert "green white black" not in network_finder._shortlist.similar_to("tan tan tan")
     assert understood(network_finder, said).text == "green white black"
-    monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
+    monkeypatch.setattr("voz.recognition.finders.MAX_REFINEMENTS", 0)
     assert understood(network_finder, said).text in network_finder._shortlist.similar_to(
         "tan tan tan"
     )
@@ -221,13 +221,13 @@ def test_in_a_longer_list_what_the_network_hears_is_searched_around_in_turn(
 def test_of_a_longer_list_in_which_nothing_was_found_nothing_is_asked(
     cut: dict[str, Segment], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.recognition.network_finder.MAX_SEARCHED_WORDS", 0)
+    monkeypatch.setattr("voz.recognition.finders.MAX_SEARCHED_WORDS", 0)
     words = [*"abcdefghijklmn"]
     language = built([f"{a} {b}" for a in words for b in words], tmp_path)
     network_finder = finder(language, Recognition(never_missed=()))
     monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "")
     heard = understood(network_finder, cut["stop"])
-    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
+    assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("not_a_command", None)
 
 
@@ -237,5 +237,5 @@ def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_
     heard = understood(
         network_finder, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2])
     )
-    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
+    assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)

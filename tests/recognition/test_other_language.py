@@ -12,17 +12,17 @@ import soxr
 from recordings import ROOT
 from spanish import LIKE, spanish
 
+from voz.api.recognizer import Recognizer
 from voz.audio import Samples
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles
 from voz.language.spoken_language import find_sources, read_language
-from voz.recognition.evidence import CommandSearch
 from voz.recognition.language import Language, load_language
-from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.phoneme_scorer import scorer_for, why_missing
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.network.phoneme_network import UnknownNetworkError
+from voz.recognition.network.score import scorer_for, why_missing
+from voz.recognition.pocketsphinx.evidence import CommandSearch
 from voz.recognition.speaker.adaptation import Aligner
 from voz.settings import Recognition, SpokenLanguage
 from voz.speech.synthesis import render

@@ -13,16 +13,18 @@ from voz.audio.segment import Segment
 from voz.audio.segmenter import segments
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
-from voz.recognition.confidence_model import POCKETSPHINX_FEATURES, VOICES_AROUND, load_models
+from voz.recognition.confidence import POCKETSPHINX_FEATURES, VOICES_AROUND, load_models
+from voz.recognition.finders import PocketsphinxFinder
 from voz.recognition.language import Language, load_language
-from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 
 def finder(language: Language, settings: Recognition | None = None) -> PocketsphinxFinder:
-    return PocketsphinxFinder(language, settings or Recognition(), Profile(), load_models().one_ear)
+    return PocketsphinxFinder(
+        language, settings or Recognition(), Profile(), load_models().without_network
+    )
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +45,8 @@ def test_commands_are_found_and_there_is_a_next_best(
 ) -> None:
     for text in loaded.commands:
         heard = ear_alone.understand(cut[text], StartVector())
-        assert (heard.text, heard.trust) == (text, 1)
-        assert {*heard.values} == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
+        assert (heard.text, heard.speech_probability) == (text, 1)
+        assert {*heard.features} == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
         assert heard.next_best in {*loaded.commands} - {text}
         assert heard.rival is None
         assert cut[text].start < heard.spoken_until <= cut[text].end
@@ -70,7 +72,7 @@ def test_a_sound_too_short_for_any_command_is_said_to_be_so(
     patient = finder(load_language(LanguageFiles(tmp_path)))
     sound = cut["stop"].samples[: SAMPLE_RATE // 2]
     heard = patient.understand(Segment(0, 0.5, 0.5, sound), StartVector())
-    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
+    assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)
 
 
@@ -79,13 +81,13 @@ def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
 ) -> None:
     trigrams = finder(loaded, Recognition(search="lm"))
     heard = trigrams.understand(cut["go back"], StartVector())
-    assert (heard.text, bool(heard.values)) == ("go back", True)
+    assert (heard.text, bool(heard.features)) == ("go back", True)
     others = [
         trigrams.understand(s, StartVector()) for t, s in cut.items() if t not in loaded.commands
     ]
     words = [each for each in others if each.text and each.text not in loaded.commands]
     assert words
-    assert all((each.values, each.probability) == ({}, 0) for each in words)
+    assert all((each.features, each.probability) == ({}, 0) for each in words)
     assert {each.why_refused() for each in words} == {("not_a_command", None)}
 
 

@@ -10,15 +10,15 @@ import pytest
 from recordings import spoken
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import Segment
 from voz.language.build import build
 from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context
-from voz.recognition.hypothesis import Hypothesis
-from voz.recognition.phoneme_scorer import PhonemeScorer
-from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import usual_log_odds
+from voz.recognition.decision import Hypothesis
+from voz.recognition.name import usual_log_odds
+from voz.recognition.network.score import PhonemeScorer
 
 NAME = "hey robot"
 PAUSE = np.zeros(SAMPLE_RATE, np.int16)
@@ -111,7 +111,8 @@ def test_what_is_not_surely_the_name_does_not_wake(named: Recognizer) -> None:
     segment = Segment(0.0, 1.0, 1.2, said(NAME))
     for sure in (0.4, 0.6):
         hypothesis = Hypothesis(segment, NAME, 1.0, probability=sure, named=True)
-        utterance = named._interpreter.utterance(hypothesis, Context.QUIET, 1.2, "microphone")
+        decision = named._interpreter.rule.decide(hypothesis, Context.QUIET)
+        utterance = named._interpreter.utterance(decision, 1.2, "microphone")
         assert utterance.accepted == utterance.named == (sure > 0.5)
 
 
@@ -163,8 +164,8 @@ def test_a_name_that_cannot_be_used_is_one_line(name: str, why: str) -> None:
 @pytest.mark.parametrize(
     ("others", "why"),
     [
-        ({"name": NAME, "second_ear": False}, "needs the phoneme network"),
-        ({"ask": "always", "second_ear": False}, "needs the phoneme network"),
+        ({"name": NAME, "use_network": False}, "needs the phoneme network"),
+        ({"ask": "always", "use_network": False}, "needs the phoneme network"),
         ({"name": NAME, "search": "lm"}, 'need search = "grammar"'),
     ],
 )

@@ -13,31 +13,29 @@ import soxr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import NO_SAMPLES, Segment
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse, plain_commands
-from voz.recognition.confidence import Context
-from voz.recognition.confidence_model import load_models
-from voz.recognition.decision import DecisionRule
-from voz.recognition.hypothesis import Hypothesis
-from voz.recognition.phoneme_scorer import Match, Ranking
-from voz.recognition.recognizer import Recognizer
-from voz.recognition.slot_rivals import (
-    MIN_SHARE,
+from voz.recognition.confidence import Context, load_models
+from voz.recognition.decision import (
     RIVAL_SCALE,
     Begun,
+    DecisionRule,
+    Hypothesis,
     Rival,
     find_rival,
     highest_confidence,
     is_too_close,
 )
-from voz.recognition.thresholds import thresholds_of
+from voz.recognition.network.score import Match, Ranking
+from voz.recognition.thresholds import MIN_MEANING_SHARE, thresholds_of
 from voz.settings import Recognition
 from voz.speech.synthesis import render
 
-MODEL = load_models().two_ears
+MODEL = load_models().with_network
 
 MEANT = {
     "bring a cup": Parse("bring a cup", "bring", {"thing": "cup"}),
@@ -72,7 +70,7 @@ def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
     left = [each.share for each in found if each]
     assert left == sorted(left)
     assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
-    assert [is_too_close(each) for each in found] == [share < MIN_SHARE for share in left]
+    assert [is_too_close(each) for each in found] == [share < MIN_MEANING_SHARE for share in left]
     sure = [highest_confidence(each) for each in found]
     assert sure == sorted(set(sure))
     assert sure[0] > 0.5  # of two that fit alike the best one is the right one more often
@@ -96,14 +94,14 @@ def test_the_robot_may_ask_where_a_rival_is_near_and_where_it_is_far_ahead_it_ma
         decision = rule.decide(said, Context.SPEECH)
         assert decision.confidence == highest_confidence(rival)  # whatever is around it
         assert decision.for_rival != decision.accepted
-        return decision.accepted, rule.is_nearly_sure(said, decision)
+        return decision.accepted, decision.is_nearly_sure
 
     assert asks(0.9) == (True, True)
     assert asks(0.5) == asks(0.35) == (False, True)
     assert asks(0.2) == (False, False)
-    rule.accept_by(Recognition(threshold=0.1))
+    rule.set_false_alarm_rate(Recognition(threshold=0.1))
     assert not asks(0.5)[0]  # however little a command needs
-    rule.accept_by(Recognition(threshold=0.9))
+    rule.set_false_alarm_rate(Recognition(threshold=0.9))
     assert (asks(0.7)[0], asks(0.8)[0]) == (False, True)
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.recognition.confidence_model import Model, load_models
+from voz.recognition.confidence import Model, load_models
 from voz.recognition.thresholds import threshold_for, thresholds
 from voz.settings import Recognition
 
@@ -15,7 +15,7 @@ COMMANDS = ["stop", "go back", "turn left"]
 
 
 def test_fewer_false_alarms_need_a_higher_threshold() -> None:
-    model = Model(fitted_on=[], intercept=1.0, weights={}, alarms=2.0, alarms_fall=0.5)
+    model = Model(fitted_on=[], intercept=1.0, weights={}, alarms=2.0, alarm_exponent=0.5)
     asked = (0.1, 0.5, 2.0, 10.0)
     found = [threshold_for(model, alarms) for alarms in asked]
     assert found == sorted(found, reverse=True)
@@ -28,7 +28,7 @@ def test_fewer_false_alarms_need_a_higher_threshold() -> None:
 def test_what_must_not_be_missed_needs_less_and_all_others_the_same(
     alarms: float, cost: float
 ) -> None:
-    model = load_models().two_ears
+    model = load_models().with_network
     settings = Recognition(false_alarms_per_hour=alarms, missed_cost=cost)
     needed = thresholds(model, settings, COMMANDS)
     assert list(needed) == COMMANDS
@@ -40,6 +40,6 @@ def test_what_must_not_be_missed_needs_less_and_all_others_the_same(
 
 @given(st.floats(0, 1))
 def test_a_threshold_that_is_given_is_that_of_every_command(threshold: float) -> None:
-    model = load_models().two_ears
+    model = load_models().with_network
     needed = thresholds(model, Recognition(threshold=threshold, missed_cost=50), COMMANDS)
     assert needed == dict.fromkeys(COMMANDS, threshold)

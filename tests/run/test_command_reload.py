@@ -13,12 +13,12 @@ from tempfile import TemporaryDirectory
 import pytest
 from calls import in_process
 
+from voz.api.recognizer import Recognizer
 from voz.config import load_config
 from voz.control.messages import Renewal
 from voz.events import Notice
 from voz.inbox import Inbox
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
 from voz.run import command_reload
 from voz.run.clocks import WallClock
 from voz.run.command_reload import CommandReload, SettingsFile

@@ -16,11 +16,11 @@ from driving import speak, type_lines
 from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
+from voz.api.recognizer import Recognizer
 from voz.control.messages import Message
 from voz.errors import AudioError
 from voz.events import Event, Notice, Twist, Utterance
 from voz.inbox import Inbox
-from voz.recognition.recognizer import Recognizer
 from voz.run import clocks, paced
 from voz.run.beat import BEATS_PER_SECOND
 from voz.run.clocks import elapsed

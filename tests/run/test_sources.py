@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from language.template_texts import commands_of
 from recordings import FIXTURES, Recording
 
+from voz.api.recognizer import Recognizer
 from voz.events import (
     Event,
     Notice,
@@ -25,7 +26,6 @@ from voz.events import (
     to_json,
 )
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.recognizer import Recognizer
 from voz.run.sources import typed_items
 from voz.settings import Safety
 

@@ -28,7 +28,7 @@ def a_display(
     typing: str = "",
     name: str = "",
 ) -> Display:
-    sound = SimpleNamespace(peak=peak, background=-52.3, deaf=speaking, device="USB Audio")
+    sound = SimpleNamespace(peak=peak, background=-52.3, speaking=speaking, device="USB Audio")
     ear = SimpleNamespace(listening=listening, name=name, awake=not name)
     return Display(sound, ear, lambda: typing, lambda: note)
 

@@ -11,7 +11,7 @@ import pytest
 from recordings import FIXTURES, ROOT, Recording
 from training_programs import load_training
 
-from voz.recognition.name_evidence import LENGTH_LIMITS, NameEvidence, read_weights
+from voz.recognition.name import LENGTH_LIMITS, NameEvidence, read_weights
 
 PROGRAM = (sys.executable, ROOT / "training" / "name_weights.py")
 

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from recordings import ROOT, Recording
 
-from voz.recognition.network_file import DEFAULT_NETWORK, read_network
-from voz.recognition.phoneme_network import PhonemeNetwork
+from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, PhonemeNetwork, read_network
 
 pytestmark = pytest.mark.slow
 
@@ -31,7 +30,7 @@ from loss import Phones
 from network import Network
 from speech import load_pools
 from teach import Run, make_batch
-from voz.recognition.network_file import DEFAULT_NETWORK, read_network, write_network
+from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network, write_network
 torch.set_num_threads(1)
 weights, description, _ = read_network(DEFAULT_NETWORK)
 pool, _ = load_pools([Path({speech!r})])

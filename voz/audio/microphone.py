@@ -213,7 +213,7 @@ class Microphone:
         whole, addressed: see `OpenMicrophone`.
     """
 
-    whole = True
+    complete = True
     addressed = False
 
     def __init__(self, name: str, rate: int, channels: int) -> None:

@@ -16,9 +16,9 @@ from voz.errors import ConfigError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from voz.apps.recordings.calibration import Calibration, Said, Score
     from voz.language.language_files import LanguageFiles
-    from voz.recognition.recognizer import Recognizer
-    from voz.recognition.speaker.calibration import Calibration, Said, Score
+    from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import Profile
     from voz.settings import Recognition
 
@@ -84,12 +84,12 @@ def make_profile(
     from voz.apps.recordings.enrollment import read_recordings
     from voz.apps.recordings.manifest import MANIFEST_NAME
     from voz.language.language_files import read_sentences
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import profile_folder
 
     commands = read_sentences(language)
     own = profile_folder(name) / "recordings"
-    recognizer = Recognizer(language, settings)
+    recognizer = RecognitionEngine(language, settings)
     if wav is None:
         _record(name, own, device, commands, recognizer, Console())
     said = read_recordings((wav or own) / MANIFEST_NAME, commands)
@@ -117,7 +117,7 @@ def report(found: Calibration, sentences: int) -> list[str]:
 
 
 def _score_columns(score: Score) -> str:
-    right, obeyed, wrong = (n / score.sentences for n in (score.right, score.obeyed, score.wrong))
+    right, obeyed, wrong = (n / score.sentences for n in (score.right, score.accepted, score.wrong))
     return f"{right:8.2f}{obeyed:8.2f}{wrong:17.2f}"
 
 
@@ -137,9 +137,10 @@ def _record(
     folder: Path,
     device: str | None,
     commands: list[str],
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     console: Console,
 ) -> None:
+    from voz.apps.recordings.calibration import MIN_SENTENCES
     from voz.apps.recordings.enrollment import (
         choose_prompts,
         missing_prompts,
@@ -147,7 +148,6 @@ def _record(
         record_prompts,
     )
     from voz.audio.microphone import open_microphone
-    from voz.recognition.speaker.calibration import MIN_SENTENCES
 
     asked = choose_prompts(commands, name)
     if len(set(asked)) < MIN_SENTENCES:
@@ -168,7 +168,7 @@ def _record(
         raise
 
 
-def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
+def _warn_of_misheard(said: list[Said], recognizer: RecognitionEngine) -> None:
     """Warn of recordings that are not understood as their list says."""
     from voz.apps.recordings.enrollment import check_recording
 
@@ -185,7 +185,7 @@ def _calibrate(
     from rich.console import Console
     from rich.progress import Progress
 
-    from voz.recognition.speaker.calibration import CALIBRATION_STEPS, calibrate
+    from voz.apps.recordings.calibration import CALIBRATION_STEPS, calibrate
     from voz.recognition.speaker.profiles import save_profile
 
     console = Console(stderr=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from voz.cli.options import OverwriteOption, ProfileOption, RecognizerOptions, finite, with_options
-from voz.cli.text_io import MAX_INPUT_LINE, info
+from voz.cli.text_io import MAX_INPUT_LINE, info, warn
 from voz.config import Config, overridden
 from voz.errors import ConfigError
 from voz.process.signals import SOME_UNREADABLE
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.scheduler import Finished
     from voz.apps.batch.tasks import SimulationOptions
     from voz.language.language_files import LanguageFiles
-    from voz.recognition.details import Details
+    from voz.recognition.interpreter import Details
 
 
 @dataclass
@@ -61,15 +61,15 @@ class DecodeOptions(RecognizerOptions):
         float | None,
         typer.Option(metavar="HZ", help="Standard input is 16-bit samples of that rate."),
     ] = None
-    ears: Annotated[
-        int | None,
+    network: Annotated[
+        bool | None,
         typer.Option(
-            metavar="1|2",
-            min=1,
-            max=2,
-            help="1 leaves the phoneme network out: faster, with more errors.",
+            "--network/--no-network",
+            help="Let the phoneme network decide, or leave it out: faster, with more errors.",
+            show_default=False,
         ),
     ] = None
+    ears: Annotated[int | None, typer.Option(min=1, max=2, hidden=True)] = None
     time_limit: Annotated[
         float | None,
         typer.Option(
@@ -125,7 +125,7 @@ class DecodeOptions(RecognizerOptions):
     def details(self) -> Details:
         """What results have besides; formats of words need their times."""
         from voz.apps.batch.formats import CTM_ENDING
-        from voz.recognition.details import Details
+        from voz.recognition.interpreter import Details
 
         is_of_words = self.textgrids or (self.out and self.out.endswith(CTM_ENDING))
         return Details(self.words or bool(is_of_words), self.best)
@@ -138,8 +138,13 @@ class DecodeOptions(RecognizerOptions):
     def settings(self, **others: Any) -> Config:
         """As for all that recognize, with or without the phoneme network."""
         settings = super().settings(**others)
-        network = None if self.ears is None else self.ears == 2
-        return overridden(settings, {"recognition": {"second_ear": network}})
+        network = self.network
+        if self.ears is not None:
+            warn(
+                f"--ears {self.ears} is called {'--network' if self.ears == 2 else '--no-network'}"
+            )
+            network = self.ears == 2
+        return overridden(settings, {"recognition": {"use_network": network}})
 
     def check(self) -> None:
         """Refuse options that do nothing without another one."""
@@ -203,13 +208,13 @@ def _decode_pipe(
     from voz.apps.batch.outcomes import SilentRow
     from voz.apps.batch.piped import piped_blocks
     from voz.cli.decode_output import writer
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import load_profile
 
     if len(paths) > 1 or options.out or options.textgrids:
         raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
     known = load_profile(options.profile) if options.profile else None
-    recognizer = Recognizer(language, settings.recognition, known)
+    recognizer = RecognitionEngine(language, settings.recognition, known)
     write = writer(options)
     blocks = piped_blocks(_stdin(), options.rate)
     outcome = decode_blocks(recognizer, blocks, "-", options.details, write)

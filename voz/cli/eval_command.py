@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from voz.cli.options import LmOption, OverwriteOption, RecognizerOptions, with_options
-from voz.cli.text_io import info, show, with_bar, write_text
+from voz.cli.text_io import info, show, warn, with_bar, write_text
 from voz.config import Config
 from voz.files import (
     atomic_write,
@@ -69,7 +69,7 @@ class EvalOptions(RecognizerOptions):
         str,
         typer.Option(
             metavar="NAME",
-            help="voz, first-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
+            help="voz, without-network, plain-pocketsphinx, pocketsphinx-phone-loop, or "
             '"command:PROGRAM ARGUMENTS".',
         ),
     ] = "voz"
@@ -146,6 +146,9 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     from voz.apps.recordings.manifest import read_manifests
 
     settings = options.settings()
+    if options.engine == "first-ear":
+        options.engine = "without-network"
+        warn(f"--engine first-ear is called {options.engine}")
     choice = EngineChoice(options.engine, options.language(settings), settings.recognition)
     ratios, noises = noise_options(options.snr, options.noise)
     compare = options.compare
@@ -185,9 +188,9 @@ def _report_errors(results: Iterable[Result]) -> None:
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.apps.evaluation.operating_points import operating_points
     from voz.language.language_files import read_commands
-    from voz.recognition.recognizer import Recognizer, confidence_model
+    from voz.recognition.engine import RecognitionEngine, confidence_model
 
-    model = confidence_model(Recognizer(choice.language, choice.settings))
+    model = confidence_model(RecognitionEngine(choice.language, choice.settings))
     return operating_points(results, model, choice.settings, read_commands(choice.language))
 
 
@@ -261,7 +264,7 @@ def fit_confidence(
     from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
     from voz.apps.evaluation.recognize import tasks_for
     from voz.apps.recordings.manifest import read_manifests
-    from voz.recognition.confidence_model import save_models
+    from voz.recognition.confidence import save_models
     from voz.recognition.thresholds import threshold_for
 
     clips = read_manifests(manifests, streams=True)
@@ -277,7 +280,7 @@ def fit_confidence(
     hours = sum(of_recording.talk for of_recording in found) / 3600
     commands = [clip for of_recording in found for clip in of_recording.commands]
     models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)
-    threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
+    threshold = threshold_for(models.with_network, models.with_network.default_alarm_rate)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )

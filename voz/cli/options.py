@@ -69,6 +69,8 @@ class CommonOptions:
     def settings(self, **others: Any) -> Config:
         """Read the settings; options given as `others` take their place, as in `overridden`."""
         settings = load_config(self.settings_file) if self.settings_file else Config()
+        for line in settings.old_names:
+            warn(line)
         return overridden(settings, {"lm": self.lm, **others})
 
     @functools.cached_property
@@ -111,11 +113,11 @@ class CommonOptions:
 
 
 def _network_status(settings: Config, language: LanguageFiles) -> str:
-    from voz.recognition.network_file import fingerprint_of
-    from voz.recognition.phoneme_scorer import why_missing
+    from voz.recognition.network.phoneme_network import fingerprint_of
+    from voz.recognition.network.score import why_missing
 
     network = settings.recognition.network
-    off = None if settings.recognition.second_ear else "off in the settings"
+    off = None if settings.recognition.use_network else "off in the settings"
     if missing := off or why_missing(language, network):
         return f"none ({missing}); pocketsphinx decides alone"
     return fingerprint_of(network)

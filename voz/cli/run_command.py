@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from voz.events import Receiver
     from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import Profile
     from voz.run.command_reload import SettingsFile
     from voz.run.live import OtherRecognizer
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from voz.settings import Ros2
     from voz.terminal.live_terminal import LiveTerminal
 
-    RecognizerAt: TypeAlias = Callable[[str], AbstractContextManager[Recognizer]]
+    RecognizerAt: TypeAlias = Callable[[str], AbstractContextManager[RecognitionEngine]]
     """Loads the recognizer, by the place where it hears: a microphone, or recordings."""
 
 
@@ -174,7 +174,7 @@ def _run_live(
     recognizer_at: RecognizerAt,
     parts: ExitStack,
 ) -> None:
-    from voz.hearing.no_microphone import no_sound
+    from voz.hearing.microphone_thread import no_sound
     from voz.inbox import Inbox
     from voz.run.live import LiveOptions, run_live
 
@@ -310,10 +310,10 @@ def _terminal(stream: TextIO) -> LiveTerminal | None:
 @contextmanager
 def _recognizer(
     options: RunOptions, settings: Config, language: LanguageFiles, place: str
-) -> Iterator[Recognizer]:
+) -> Iterator[RecognitionEngine]:
     """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
     from voz.language.language_files import read_language_info
-    from voz.recognition.recognizer import Recognizer, learned_by
+    from voz.recognition.engine import RecognitionEngine, learned_by
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,
         learned_file,
@@ -323,7 +323,7 @@ def _recognizer(
 
     known = load_profile(options.profile) if options.profile else None
     if not options.adapt:
-        recognizer = Recognizer(language, settings.recognition, known)
+        recognizer = RecognitionEngine(language, settings.recognition, known)
         warn(recognizer.name_advice)
         yield recognizer
         return
@@ -331,7 +331,7 @@ def _recognizer(
     where = f"{place} {read_language_info(language).model}".strip()
     learned = learned_file(options.profile or USUAL_PROFILE, where)
     known = _with_learned(known, learned)
-    recognizer = Recognizer(language, settings.recognition, known, learning=True)
+    recognizer = RecognitionEngine(language, settings.recognition, known, learning=True)
     warn(recognizer.name_advice)
     try:
         yield recognizer

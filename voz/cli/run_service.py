@@ -11,7 +11,7 @@ from voz.extras import require
 
 if TYPE_CHECKING:
     from voz.config import Config
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
     from voz.run.live import CommandServiceMaker
 
 
@@ -24,7 +24,7 @@ def check_service(options: RunOptions, settings: Config) -> None:
         raise ConfigError("--wyoming drives a robot that nobody watches: leave the safety rules on")
 
 
-def service_of(options: RunOptions, recognizer: Recognizer) -> CommandServiceMaker | None:
+def service_of(options: RunOptions, recognizer: RecognitionEngine) -> CommandServiceMaker | None:
     """Return what makes the service of a run; None if it has none."""
     if not options.wyoming:
         return None

@@ -43,13 +43,13 @@ def serve(options: ServeOptions) -> None:
 
     require("wyoming", "wyoming", "zeroconf")
     from voz.apps.wyoming.wyoming_server import serve as serve_wyoming
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import load_profile
 
     settings = options.settings()
     language = options.language(settings)
     known = load_profile(options.profile) if options.profile else None
-    recognizer = Recognizer(language, settings.recognition, known)
+    recognizer = RecognitionEngine(language, settings.recognition, known)
     ready = partial(info, f"serving at {options.wyoming}")
     examples = recognizer.commands.examples()
     serve_wyoming(options.wyoming, recognizer, examples, ready, options.zeroconf, warn)

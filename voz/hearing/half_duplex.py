@@ -17,19 +17,10 @@ from voz.audio.echo_alignment import MAX_ECHO_DELAY
 from voz.audio.sound_files import to_int16
 from voz.events import Partial, Utterance, shift_time
 from voz.language.sentences.spelling import normalize
-from voz.recognition.playback_spotter import (
-    COMMAND_LIMITS,
-    PLAYBACK_WINDOW,
-    STOP_LIMITS,
-    Limits,
-)
-from voz.recognition.recognizer import (
-    MICROPHONE,
-    Recognizer,
-    open_playback_spotter,
-    open_stream,
-)
+from voz.recognition.engine import MICROPHONE, RecognitionEngine, open_playback_spotter, open_stream
+from voz.recognition.spotting import PLAYBACK_WINDOW
 from voz.recognition.stream import Stream
+from voz.recognition.thresholds import COMMAND_LIMITS, STOP_LIMITS, PlaybackLimits
 
 REVERBERATION_SECONDS = 0.2
 """How long a room reverberates."""
@@ -38,26 +29,26 @@ ECHO_FIT_SAMPLES = 2 * SAMPLE_RATE
 """The echo is estimated from these."""
 
 MAX_REPLY_DELAY = int(1.1 * SAMPLE_RATE)
-"""The same of a page, which begins to play within a second: see `MAX_ECHO_DELAY`."""
+"""Longest delay of a reply played by a page, samples; see `MAX_ECHO_DELAY`."""
 
 MAX_ANSWER_SECONDS = 3.0
 """What is being said when a reply is over is heard to its end, but no longer than this."""
 
 MAX_RECOGNIZED_DELAY = 2.0
-"""So much before a command, s, the reply may have said what is heard as one."""
+"""A reply may be heard as a command this long after it was played, s."""
 
 MAX_LATE_PLAYBACK = 3.0
 """A loudspeaker may be so much later than its device says, s: wireless ones, televisions and
 loudspeakers in the network were up to 2 s late."""
 
 MAX_RECENT_SECONDS = 5.9
-"""Of what was played, that is remembered."""
+"""This much of what was played is remembered, s."""
 
 MAX_RECORD_SAMPLES = 10 * SAMPLE_RATE
-"""Of cleaned sound that is kept, to look again at what seems to be a command."""
+"""Cleaned sound that is kept, to check what seems to be a command once more."""
 
 CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
-"""Cleaned at a time, which costs 44 ms of CPU (`benchmarks/echo.py --softer`)."""
+"""Samples cleaned at a time, which costs 44 ms of CPU (`benchmarks/echo.py --softer`)."""
 
 CLEANED_END = ECHO_FIT_SAMPLES - ECHO_EDGE
 """Up to here the samples of a window are complete."""
@@ -90,7 +81,7 @@ class HalfDuplex:
 
     def __init__(
         self,
-        recognizer: Recognizer,
+        recognizer: RecognitionEngine,
         loudspeaker: Playback | None,
         never_missed: Collection[str],
         source: str = MICROPHONE,
@@ -122,7 +113,7 @@ class HalfDuplex:
         self._reply_words: set[str] | None = None  # of all that was played since; None: not known
 
     @property
-    def deaf(self) -> bool:
+    def speaking(self) -> bool:
         """Whether there is playback during which only `never_missed` commands count."""
         return self._guard is not None and self._reply_words is None
 
@@ -163,7 +154,7 @@ class HalfDuplex:
         since = when - loudspeaker.busy_until() - REVERBERATION_SECONDS
         if since < 0 or self._guard is None or self._reply_words is None:
             return since < 0
-        return self._guard.amid_speech and since < MAX_ANSWER_SECONDS
+        return self._guard.in_segment and since < MAX_ANSWER_SECONDS
 
     def _listen_over_playback(
         self, loudspeaker: Playback, samples: int, arrived: float
@@ -188,12 +179,12 @@ class HalfDuplex:
             self._guard_fed += self._pending
             self._pending = 0
             yield from self._filter_events(self._guard.feed(new.samples))
-            yield from self._look(cleaned)
+            yield from self._check(cleaned)
 
-    def _look(self, cleaned: Cleaned) -> Iterator[Utterance]:
+    def _check(self, cleaned: Cleaned) -> Iterator[Utterance]:
         """Report a command that is never missed, if it is in this window and the ones before."""
         part = cleaned.cut(slice(CLEANED_END - PLAYBACK_WINDOW, CLEANED_END))
-        said = self._spotter.look(part, (self._fed - ECHO_EDGE) / SAMPLE_RATE)
+        said = self._spotter.check(part, (self._fed - ECHO_EDGE) / SAMPLE_RATE)
         if said and said.start > self._stopped_until:
             self._stopped_until = said.end
             yield said
@@ -251,7 +242,7 @@ class HalfDuplex:
         own = open_stream(self._recognizer, self._source, spotting=False, learns=False)
         return any(heard.text == text for heard in (*own.feed(to_int16(played)), *own.finish()))
 
-    def _is_said(self, event: Utterance, limits: Limits) -> bool:
+    def _is_said(self, event: Utterance, limits: PlaybackLimits) -> bool:
         begin = (self._guard_fed - len(self._record.samples)) / SAMPLE_RATE
         start, end = event.start - begin, event.end - begin
         return self._spotter.is_said(event.text, self._record, start, end, limits)

@@ -5,23 +5,83 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol, TypeAlias
 
+import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.microphone import open_microphone
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, open_microphone
 from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
+from voz.audio.segment import NO_SAMPLES
 from voz.errors import AudioError, VozError
-from voz.events import Partial, Utterance, shift_time
+from voz.events import Notice, Partial, Utterance, shift_time
 from voz.hearing.half_duplex import HalfDuplex, Playback
-from voz.hearing.sound_watch import MUTED_AFTER_IN_MOTION, SilenceCheck, SoundWatch
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
-from voz.recognition.recognizer import MICROPHONE, Recognizer
+from voz.recognition.engine import MICROPHONE, RecognitionEngine
+
+MUTED_AFTER = 5.0
+"""A microphone that gives only zeros for this time is muted, s; no room is so quiet."""
+
+MUTED_AFTER_IN_MOTION = 0.35
+"""The same while the robot moves, s; with the beat, 0.5 s."""
+
+LOSS_WARNING_INTERVAL = 5.0
+"""Between two warnings of lost sound, s."""
+
+ONLY_SILENCE = "the microphone gives only silence"
+
+MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` shows it"
+
+
+class SilenceCheck:
+    """Whether a muted microphone stops the robot: once the robot moves, and from then on."""
+
+    def __init__(self) -> None:
+        self._matters = False
+
+    def trouble(self, silent: bool, moving: bool) -> str | None:
+        """Return what is wrong, if the microphone is silent and the robot moves or has moved."""
+        self._matters = silent and (moving or self._matters)
+        return ONLY_SILENCE if self._matters else None
+
+
+class SoundWatch:
+    """Warns of a muted microphone, and of lost sound.
+
+    Attributes:
+        zeros: how long the microphone has given only zeros, s.
+    """
+
+    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
+        """Start a stream; warnings go into `inbox` with the time of `clock`, s."""
+        self._inbox = inbox
+        self._clock = clock
+        self._blocks_lost = 0
+        self._loss_told = -LOSS_WARNING_INTERVAL  # when
+        self.zeros = 0.0
+
+    def check(self, block: Samples, blocks_lost: int) -> float:
+        """Check a block, and the number of lost blocks so far; returns its peak, 0 to 1."""
+        now = self._clock()
+        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_WARNING_INTERVAL:
+            seconds = (blocks_lost - self._blocks_lost) * MICROPHONE_BLOCK_SECONDS
+            self._blocks_lost, self._loss_told = blocks_lost, now
+            self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
+        peak = float(np.abs(block).max(initial=0)) / 32768
+        before = self.zeros
+        self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
+        if before < MUTED_AFTER <= self.zeros:
+            self._warn(MUTE_WARNING)
+        return peak
+
+    def _warn(self, text: str) -> None:
+        self._inbox.put(Notice(round(self._clock(), 3), text))
+
 
 NO_SOUND_TIMEOUT = 0.35
 """Without a block for this time the microphone is lost, s; with the beat, 0.5 s."""
@@ -44,7 +104,7 @@ class OpenMicrophone(Protocol):
         alive: monotonic time of the last sign of life, s.
         arrived: monotonic arrival time of the block that was taken last, s.
         blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
-        whole: whether the stream that ended is complete; else what is open in it is dropped.
+        complete: whether the stream that ended is complete; else what is open in it is dropped.
         addressed: whether what is said is meant for the robot, as somebody holds a button to talk.
     """
 
@@ -52,7 +112,7 @@ class OpenMicrophone(Protocol):
     alive: float
     arrived: float
     blocks_lost: int
-    whole: bool
+    complete: bool
     addressed: bool
 
     def __iter__(self) -> Iterator[Samples]:
@@ -108,14 +168,14 @@ class Hearing:
     Attributes:
         peak: highest sample of the last block, 0 to 1.
         background: level of the room, dBFS.
-        deaf: whether the robot speaks, so that only `never_missed` commands count.
+        speaking: whether the robot speaks, so that only `never_missed` commands count.
         device: name of the microphone.
         source: the `source` of the utterances.
     """
 
     def __init__(
         self,
-        recognizer: Recognizer,
+        recognizer: RecognitionEngine,
         sound: SoundSource,
         inbox: Inbox,
         clock: Callable[[], float],
@@ -134,7 +194,7 @@ class Hearing:
             never_missed: the commands that count while the robot speaks.
         """
         self.peak, self.background = 0.0, MIN_DBFS
-        self.deaf, self.device = False, ""
+        self.speaking, self.device = False, ""
         self.source = sound.source
         self._recognizer = recognizer
         self._open = sound.open
@@ -222,7 +282,7 @@ class Hearing:
 
     def _note_loss(self, problem: str) -> None:
         self.peak = 0.0
-        self.deaf = False
+        self.speaking = False
         self._busy_since = None
         self._problem = problem
 
@@ -242,14 +302,14 @@ class Hearing:
             if self._recorder:
                 self._recorder.feed(block)
             self._send(duplex.feed(block, microphone.arrived), microphone, fed)
-            self.deaf = duplex.deaf
+            self.speaking = duplex.speaking
             self.background = duplex.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_SOUND_TIMEOUT:  # else more sound waits
                 self._busy_since = None
             if self._recognizer.commands is not commands:
                 break
-        if microphone.whole:
+        if microphone.complete:
             self._send(duplex.finish(), microphone, fed)
         self._busy_since, self._zeros = None, 0.0
         if self._recorder:
@@ -277,3 +337,40 @@ class Hearing:
             spoken_until = begun + event.t - event.latency
             return replace(moved, latency=round(now - spoken_until, 3))
         return moved
+
+
+POLL_INTERVAL = 0.1
+"""How often the thread that listens looks for its end, s."""
+
+
+class NoMicrophone:
+    """An `OpenMicrophone` that hears nothing, and is never lost."""
+
+    name = "none"
+    blocks_lost = 0
+    complete = addressed = False
+
+    def __init__(self) -> None:
+        self.arrived = time.monotonic()
+
+    @property
+    def alive(self) -> float:
+        """Now, on the monotonic clock, s."""
+        return time.monotonic()
+
+    @alive.setter
+    def alive(self, when: float) -> None:
+        pass
+
+    def __iter__(self) -> Iterator[Samples]:
+        return self
+
+    def __next__(self) -> Samples:
+        time.sleep(POLL_INTERVAL)
+        self.arrived = time.monotonic()
+        return NO_SAMPLES
+
+
+def no_sound() -> SoundSource:
+    """Return a source of no sound."""
+    return SoundSource(lambda: nullcontext(NoMicrophone()))

@@ -1,14 +1,86 @@
-"""The probability that a command was said, from the evidence for it."""
+"""The probability that a command was said, and its models."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
 
-from voz.language.phone_distances import read_distances
-from voz.recognition.confidence_model import Model
-from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
+import msgspec
+from msgspec.structs import replace
+
+from voz.errors import ConfigError
+from voz.files import (
+    MAX_SETTINGS_BYTES,
+    atomic_write,
+    os_errors_as_config_error,
+    read_json,
+    shown_path,
+)
+from voz.records import CheckedRecord, Finite, Fraction
+
+DEFAULT_MODELS = Path(__file__).with_name("confidence.json")
+
+VOICES_AROUND = "voices around"
+"""The one feature whose weight is set by hand."""
+
+POCKETSPHINX_FEATURES = ("phones", "worst word", "hurried", "not covered", "sound after")
+SCORE = "score"
+"""The score of the network, nats."""
+
+NETWORK_FEATURES = (SCORE,)
+
+Positive = Annotated[float, msgspec.Meta(gt=0, le=1e12)]
+
+
+class Model(CheckedRecord, frozen=True, forbid_unknown_fields=True):
+    """A logistic model."""
+
+    fitted_on: list[str]  # the data, for the reader
+    intercept: Finite  # log-odds when all features are 0
+    weights: dict[str, Finite]  # log-odds for one unit of each feature
+    alarms: Positive  # false alarms in an hour of talk, if all above even odds is accepted
+    alarm_exponent: Positive  # the power of the odds with which they become fewer
+    default_alarm_rate: Positive = 0.5  # default of `false_alarms_per_hour`
+    costs: tuple[MissRate, ...] = ()  # by rising alarms; empty if unknown
+
+
+class Models(CheckedRecord, frozen=True, forbid_unknown_fields=True):
+    """The models with the network and without it."""
+
+    with_network: Model  # with the network
+    without_network: Model
+
+
+def load_models(file: str | None = None) -> Models:
+    """Read what `voz fit-confidence` wrote, or the models of voz; raises ConfigError."""
+    path, advice = Path(file or DEFAULT_MODELS), "name what `voz fit-confidence` wrote"
+    models = read_json(path, Models, ConfigError, advice, MAX_SETTINGS_BYTES)
+    of_pocketsphinx = {*POCKETSPHINX_FEATURES, VOICES_AROUND}
+    for weights, known in (
+        (models.without_network.weights, of_pocketsphinx),
+        (models.with_network.weights, {*NETWORK_FEATURES}),
+    ):
+        if strange := sorted(weights.keys() - known):
+            what = f'"{strange[0]}" is no feature of this voz'
+            raise ConfigError(f"{shown_path(path)}: cannot be used ({what}); {advice}")
+    return models
+
+
+def save_models(models: Models, path: Path) -> None:
+    """Write models as readable JSON; raises ConfigError if that fails."""
+    text = msgspec.json.format(msgspec.json.encode(models), indent=2).decode()
+    with os_errors_as_config_error(path), atomic_write(path) as file:
+        file.write(f"{text}\n")
+
+
+def with_log_odds(model: Model, more: float) -> Model:
+    """Add to the log-odds of every utterance."""
+    return replace(model, intercept=model.intercept + more)
+
 
 NOISE_VOICE, SPEECH_VOICE = 0.5, 0.65
 """Outputs of the voice detector: 97 of 100 noises are below the first, 95 of 100 commands above the
@@ -17,18 +89,6 @@ second.
 
 SURE_PROBABILITY, SOFT_SPEECH_VOICE = 0.9, 0.2
 """A command of this probability needs only this voice: `up` and `off` are short and soft."""
-
-IGNORED_FRAMES_AFTER = 5
-"""Frames of other sound after a command that do not count: a breath."""
-
-HURRY_TOLERANCE = 0.3
-"""In log durations: a word in three quarters of its usual time is not hurried."""
-
-CLEAR_SNR = 30.0
-"""Signal-to-noise ratio above which the room does not count, dB."""
-
-MAX_NOISE = 2.0
-"""Tens of dB below `CLEAR_SNR` beyond which nothing changes."""
 
 
 class Context(Enum):
@@ -39,60 +99,12 @@ class Context(Enum):
     SPEECH = 12.0
 
 
-def features(
-    evidence: Evidence,
-    phones_of: Mapping[str, Sequence[str]],
-    usual: Mapping[str, float] | None = None,
-) -> dict[str, float]:
-    """Compute features that mean the same for any list of commands.
-
-    Args:
-        evidence: for the command and against it.
-        phones_of: the phones of each word.
-        usual: frames that each phone takes; None for those of English.
-
-    Returns:
-        The features by name; likelihood ratios are in nats per frame of speech.
-    """
-    command, phones = evidence.command, evidence.phones
-    usual = usual or read_distances().frames
-    words = _spoken_words(command.spans, phones_of)
-    after = sum(max(0, p.end - max(p.start - 1, command.spans[-1].end)) for p in phones.spans)
-    slowness = min(_pace(word, said, usual) for word, said in words)
-    return {
-        "phones": (command.score - phones.score) / phones.frames,
-        "worst word": min(word_ratio(word, phones) for word, _ in words),
-        "hurried": max(0.0, -slowness - HURRY_TOLERANCE),
-        "not covered": 1 - covered(command, phones) / phones.frames,
-        "sound after": math.log1p(max(0, after - IGNORED_FRAMES_AFTER)),
-    }
-
-
-def voices_around(above: float, voices: float) -> float:
-    """The feature for voices in the room, which phones explain better than the command does.
-
-    Args:
-        above: signal-to-noise ratio, dB.
-        voices: share of the time with voices in the room, 0 to 1.
-
-    Returns:
-        0 for a quiet room, above it amid voices and below it amid other noise.
-    """
-    return (2 * voices - 1) * min(MAX_NOISE, max(0.0, (CLEAR_SNR - above) / 10))
-
-
-def word_ratio(word: Span, phones: Alignment) -> float:
-    """A word's log-likelihood ratio to the phones in its frames, nats per frame."""
-    against = sum(overlap(word, span) * span.score / span.frames for span in phones.spans)
-    return (word.score - against) / word.frames
-
-
-def probability(model: Model, values: Mapping[str, float]) -> float:
+def probability(model: Model, features: Mapping[str, float]) -> float:
     """The probability of the command by its features, provided that the sound is speech."""
-    return sigmoid(model.intercept + sum(w * values[name] for name, w in model.weights.items()))
+    return sigmoid(model.intercept + sum(w * features[name] for name, w in model.weights.items()))
 
 
-def trust_in_speech(voice: float, known: float = 0.0) -> float:
+def speech_probability(voice: float, known: float = 0.0) -> float:
     """A factor from 0 to 1 for how surely a sound is speech, which likelihoods do not show.
 
     Args:
@@ -115,27 +127,42 @@ def multiply_odds(share: float, factor: float) -> float:
     return more / (more + (1 - share))  # so bracketed, never above 1
 
 
-def _spoken_words(
-    spans: Sequence[Span], phones_of: Mapping[str, Sequence[str]]
-) -> list[tuple[Span, Sequence[str]]]:
-    """The words of a command with their phones; one of a single phone joins the word before it."""
-    words: list[tuple[Span, Sequence[str]]] = []
-    for span in spans:
-        said = phones_of[span.name]
-        if len(said) == 1 and words:
-            before, phones = words.pop()
-            score = before.score + span.score
-            words.append((Span(before.name, before.start, span.end, score), (*phones, *said)))
-        else:
-            words.append((span, said))
-    return words
-
-
 def sigmoid(log_odds: float) -> float:
     """The probability of log-odds."""
     return 1 / (1 + math.exp(-min(700.0, max(-700.0, log_odds))))
 
 
-def _pace(word: Span, phones: Sequence[str], usual: Mapping[str, float]) -> float:
-    """The logarithm of a word's time over what its phones usually take."""
-    return math.log(word.frames / sum(usual[phone] for phone in phones))
+RATE_MULTIPLES = (0.2, 0.5, 1.0, 2.0, 4.0, 10.0)
+"""Examined rates, as multiples of the usual one."""
+
+
+class MissRate(CheckedRecord, frozen=True, forbid_unknown_fields=True):
+    """The share of commands that is missed at some false alarms in an hour of people's talk."""
+
+    alarms: Annotated[float, msgspec.Meta(gt=0, le=1e4)]
+    missed: Fraction
+
+
+def alarm_rates_near(usual: float) -> tuple[float, ...]:
+    """The examined rates, from a fifth to ten times the usual one."""
+    return tuple(round(usual * part, 4) for part in RATE_MULTIPLES)
+
+
+def miss_rate_at(costs: Sequence[MissRate], alarms: float) -> float | None:
+    """The share of commands that is missed at a rate of false alarms.
+
+    Args:
+        costs: known miss rates, by rising alarms.
+        alarms: an hour; its logarithm is interpolated.
+
+    Returns:
+        None outside the known rates.
+    """
+    for one in costs:
+        if one.alarms == alarms:
+            return one.missed
+    for one, other in pairwise(costs):
+        if one.alarms < alarms < other.alarms:
+            part = math.log(alarms / one.alarms) / math.log(other.alarms / one.alarms)
+            return one.missed + part * (other.missed - one.missed)
+    return None

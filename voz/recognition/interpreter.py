@@ -1,40 +1,56 @@
-"""From a segment to a command, and whether it is obeyed."""
+"""From a segment to an utterance: the command in it, and whether it is accepted."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from functools import partial
+from typing import Annotated
 
-from voz.audio import Samples
+import msgspec
+from msgspec.structs import replace
+
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.echo import Cleaned
 from voz.audio.segment import CONTEXT_SAMPLES, MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
-from voz.events import PossibleCommand, Utterance
+from voz.events import Alternative, PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands
-from voz.recognition.call_lock import NonReentrantLock
-from voz.recognition.confidence import Context, probability
-from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
-from voz.recognition.decision import Decision, DecisionRule
-from voz.recognition.decoder import mean_start
-from voz.recognition.details import NO_DETAILS, Details, with_details
-from voz.recognition.hypothesis import CommandFinder, Hypothesis, Refusal
-from voz.recognition.language import Language
-from voz.recognition.name_finder import NAME_SAMPLES_BEFORE
-from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
-from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
-from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.refusal import refusal_by_rival
-from voz.recognition.robot_name import advice_on_name
-from voz.recognition.shortlist import MAX_NEVER_MISSED
+from voz.process.call_lock import NonReentrantLock
+from voz.recognition.confidence import (
+    SCORE,
+    discount_for_context,
+    load_models,
+    probability,
+    with_log_odds,
+)
+from voz.recognition.decision import Decision, DecisionRule, Hypothesis
+from voz.recognition.finders import MAX_COMPARED, CommandFinder, NetworkFinder, PocketsphinxFinder
+from voz.recognition.language import MAX_NEVER_MISSED, Language
+from voz.recognition.name import NAME_SAMPLES_BEFORE, advice_on_name
+from voz.recognition.network.phoneme_network import UnknownNetworkError
+from voz.recognition.network.score import PhonemeScorer, scorer_for
+from voz.recognition.pocketsphinx.decoder import mean_start
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import KeywordSpotter, SpottedCommand
+from voz.records import CheckedRecord
 from voz.settings import Recognition
 
 PAUSE_ALLOWANCE = 2.0
 """Seconds that a command may take besides its words."""
+
+
+MAX_BEST = 100
+"""Most alternatives of an utterance."""
+
+
+class Details(CheckedRecord, frozen=True):
+    """What is asked for."""
+
+    words: bool = False  # when each word was said
+    best: Annotated[int, msgspec.Meta(ge=0, le=MAX_BEST)] = 0  # how many alternatives
+
+
+NO_DETAILS = Details()
 
 
 class Interpreter:
@@ -44,7 +60,8 @@ class Interpreter:
         learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
         samples_before: samples that it needs from before each segment.
-        rule: decides what is obeyed.
+        rule: decides what is accepted.
+        spotter: finds commands amid other sound; None without the network.
     """
 
     def __init__(
@@ -58,12 +75,12 @@ class Interpreter:
         profile.check_model(language.spoken.model)
         self.learned = profile.start
         self.commands = language.commands
-        network = _network(language, settings.network) if settings.second_ear else None
+        network = _network(language, settings.network) if settings.use_network else None
         if settings.more_than_commands and not network:
             why = "`name` and `ask` of [recognition]: each needs the phoneme network"
-            raise ConfigError(why, "leave second_ear on")
+            raise ConfigError(why, "leave use_network on")
         models = load_models(settings.confidence)
-        model = models.two_ears if network else models.one_ear
+        model = models.with_network if network else models.without_network
         self.model = with_log_odds(model, profile.log_odds)
         finder = (
             NetworkFinder(language, settings, profile, self.model, network) if network else None
@@ -74,7 +91,6 @@ class Interpreter:
         self._name_finder = finder if settings.name else None
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
-        self._spotter = _spotter(network, self.commands, settings.never_missed)
         self._name = settings.name
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
         self._name_advice = (
@@ -86,6 +102,7 @@ class Interpreter:
         self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * words
         self.rule = DecisionRule(self.commands, self.model, settings)
         self._lock = NonReentrantLock()  # pocketsphinx decodes one utterance at a time
+        self.spotter = _spotter(network, self.commands, settings.never_missed, self._lock)
 
     def understand(self, segment: Segment) -> Hypothesis:
         """Find the command of a segment; see `CommandFinder`."""
@@ -107,32 +124,6 @@ class Interpreter:
             return False
         with self._lock:
             return self._name_finder.hears_name(segment)
-
-    def spot(self, so_far: Samples) -> SpottedCommand | None:
-        """Find a command that must not be missed in the latest sound, 16 kHz."""
-        if self._spotter is None:
-            return None
-        with self._lock:
-            return self._spotter.spot(so_far)
-
-    @property
-    def spots(self) -> bool:
-        """Whether it can find commands amid other sound."""
-        return self._spotter is not None
-
-    def look(self, sound: Cleaned, sought: str | None = None) -> SpottedCommand | None:
-        """Find a command, or the likeliest that must not be missed; see `KeywordSpotter.look`."""
-        if self._spotter is None:
-            return None
-        with self._lock:
-            return self._spotter.look(sound, sought)
-
-    def is_within(self, samples: Samples, text: str) -> bool:
-        """Whether a command may be among the words of a sound, 16 kHz; False if not known."""
-        if self._spotter is None:
-            return False
-        with self._lock:
-            return self._spotter.is_within(samples, text)
 
     def spotted(self, said: SpottedCommand, decided: float, source: str) -> Utterance:
         """Make the event of a command that was found amid other sound."""
@@ -157,20 +148,20 @@ class Interpreter:
                 self._learn(heard, self._aligner)
 
     def _learn(self, heard: Hypothesis, aligner: Aligner) -> None:
-        if teaches(heard.values, heard.trust):
+        if teaches(heard.features, heard.speech_probability):
             sound = denoise_if_noisy(heard.segment.samples)
             start = mean_start(sound)
             observed = aligner.observe(sound, heard.text, start, self.learned)
             if observed:
                 self.learned = self.learned.updated(observed)
         elif self.learned.frames and self._teaches_without(heard.segment):
-            self.learned = self.learned.doubted()
+            self.learned = self.learned.with_contradiction()
         else:
-            self.learned = self.learned.passed()
+            self.learned = self.learned.with_unused()
 
     def _teaches_without(self, segment: Segment) -> bool:
         heard = self._understand(segment, StartVector())
-        return teaches(heard.values, heard.trust)
+        return teaches(heard.features, heard.speech_probability)
 
     @property
     def has_name(self) -> bool:
@@ -196,27 +187,21 @@ class Interpreter:
         return parse.command if parse and parse.command != text else None
 
     def utterance(
-        self,
-        heard: Hypothesis,
-        context: Context,
-        decided: float,
-        source: str,
-        details: Details = NO_DETAILS,
+        self, decision: Decision, decided: float, source: str, details: Details = NO_DETAILS
     ) -> Utterance:
-        """Decide, and make the event.
+        """Make the event of a decision.
 
         Args:
-            heard: the hypothesis.
-            context: what is around it.
+            decision: about what was understood of a segment.
             decided: time of the decision, s.
             source: name of the stream.
             details: what is told besides.
         """
+        heard = decision.hypothesis
         segment, text = heard.segment, heard.text
-        decision = self.rule.decide(heard, context)
-        reason, between = (None, None) if decision.accepted else _why_refused(heard, decision)
+        reason, between = (None, None) if decision.accepted else decision.why_refused
         parse = self.commands.parse(text) if decision.accepted else None
-        score = heard.values.get(SCORE)
+        score = heard.features.get(SCORE)
         utterance = Utterance(
             t=round(decided, 3),
             text=text,
@@ -233,32 +218,27 @@ class Interpreter:
             next_best=heard.next_best or None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
-            named=self._is_said_with(heard, decision) if self._name else None,
-            perhaps=self._perhaps(heard, decision, between),
+            named=self._is_said_with(decision) if self._name else None,
+            perhaps=self._perhaps(decision, between),
         )
         if details == NO_DETAILS:
             return utterance
         with self._lock:  # pocketsphinx may have to search again
-            return with_details(utterance, heard, context, details)
+            return with_details(utterance, decision, details)
 
-    def _is_said_with(self, heard: Hypothesis, decision: Decision) -> bool:
+    def _is_said_with(self, decision: Decision) -> bool:
         """Whether the robot's name was said with a hypothesis, surely enough if it is all."""
+        heard = decision.hypothesis
         return heard.named and (decision.accepted or heard.text != self._name)
 
     def _perhaps(
-        self, heard: Hypothesis, decision: Decision, between: tuple[str, str] | None
+        self, decision: Decision, between: tuple[str, str] | None
     ) -> tuple[PossibleCommand, ...]:
         """The one or two commands that a hypothesis may nearly surely be."""
-        if decision.accepted or not self.rule.is_nearly_sure(heard, decision):
+        if decision.accepted or not decision.is_nearly_sure:
             return ()
-        parsed = [self.commands.parse(text) for text in between or (heard.text,)]
+        parsed = [self.commands.parse(text) for text in between or (decision.hypothesis.text,)]
         return tuple(PossibleCommand(p.text, p.command, p.slots) for p in parsed if p)
-
-
-def _why_refused(heard: Hypothesis, decision: Decision) -> Refusal:
-    if decision.for_rival and heard.rival:
-        return refusal_by_rival(heard.text, heard.rival)
-    return heard.why_refused()
 
 
 def _network(language: Language, file: str | None) -> PhonemeScorer | None:
@@ -270,8 +250,35 @@ def _network(language: Language, file: str | None) -> PhonemeScorer | None:
 
 
 def _spotter(
-    network: PhonemeScorer | None, commands: Commands, never_missed: Collection[str]
+    network: PhonemeScorer | None,
+    commands: Commands,
+    never_missed: Collection[str],
+    lock: NonReentrantLock,
 ) -> KeywordSpotter | None:
     watched = commands.named(never_missed, MAX_NEVER_MISSED)
     others = commands if len(commands) <= MAX_COMPARED else ()
-    return KeywordSpotter(network, watched, others) if network and watched else None
+    return KeywordSpotter(network, watched, others, lock) if network and watched else None
+
+
+def with_details(utterance: Utterance, decision: Decision, details: Details) -> Utterance:
+    """Add to an utterance what is asked for."""
+    return replace(
+        utterance,
+        words=decision.hypothesis.words() if details.words else (),
+        best=_best(utterance, decision, details.best),
+    )
+
+
+def _best(utterance: Utterance, decision: Decision, count: int) -> tuple[Alternative, ...]:
+    """The utterance and its rivals; none has more confidence than the ones before it leave."""
+    heard = decision.hypothesis
+    if not count or not heard.features:
+        return ()
+    found = [Alternative(utterance.text, utterance.confidence)]
+    left = 1 - utterance.confidence
+    for text, likely in heard.others(count - 1):
+        sure = discount_for_context(likely, decision.context)
+        sure = min(sure, found[-1].confidence, left)
+        found.append(Alternative(text, round(sure, 3)))
+        left = max(0.0, left - found[-1].confidence)
+    return tuple(found)

@@ -1,21 +1,27 @@
-"""A language as recognition needs it, read once."""
+"""A language as recognition needs it: its commands, how words are said, and what is compared."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
 
+from voz.errors import CommandsError, ConfigError
+from voz.events import NO, YES
 from voz.language.language_files import (
     LanguageFiles,
     check_files,
+    list_sources,
     read_commands,
     read_language_info,
     read_pronunciations,
 )
+from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries
 from voz.language.sentences.command_set import Commands
+from voz.language.similarity import WordDistances
 from voz.language.spoken_language import LanguageInfo
-from voz.recognition.accents import Phones, with_british, with_rounded
+from voz.settings import Recognition
 
 
 @dataclass(frozen=True)
@@ -55,3 +61,139 @@ def load_language(files: LanguageFiles) -> Language:
         check_acoustic_model(spoken, files.folder)
     said = with_british(dictionary) if spoken.is_english else dictionary
     return Language(files, read_commands(files), dictionary, said, spoken)
+
+
+MAX_NEVER_MISSED = 8
+"""Always compare at most this many sentences of each template that must not be missed."""
+
+
+class Shortlist:
+    """Chooses the commands that are compared; those of `never_missed` always are."""
+
+    def __init__(self, language: Language, never_missed: Collection[str], most: int) -> None:
+        """Prepare for a language, commands that are always compared, and the most to compare."""
+        self._commands = language.commands
+        self._most = most
+        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
+        self.never_missed = self._commands.named(never_missed, MAX_NEVER_MISSED)
+
+    @property
+    def compares_all(self) -> bool:
+        """Whether all commands are compared."""
+        return len(self._commands) <= self._most
+
+    def similar_to(self, text: str) -> list[str]:
+        """The whole list, or a command and those that sound like it; empty text is no command."""
+        if self.compares_all:
+            return self._commands.listed
+        if not text:
+            return self.never_missed
+        near = self._commands.neighbors(text, self._most, self._sound)
+        return list(dict.fromkeys([text, *self.never_missed, *near]))[: self._most]
+
+
+SETTING = "[recognition] name"
+
+
+def with_more_words(language: Language, settings: Recognition) -> Language:
+    """Add the words of the robot's name, and of answers to what it asks, to a language.
+
+    Raises:
+        ConfigError: the language is not English, the search is not for whole commands, nobody
+            knows how to say the name, or a command is the same or begins so.
+    """
+    name = settings.name
+    if not settings.more_than_commands:
+        return language
+    if not language.spoken.is_english:
+        raise ConfigError(
+            f"`name` and `ask` of [recognition] work in English alone, not {language.spoken.name}"
+        )
+    if settings.search == "lm":
+        raise ConfigError('`name` and `ask` of [recognition] need search = "grammar"')
+    if name and (name in language.commands or language.commands.has_continuation(name)):
+        raise ConfigError(f'{SETTING}: a command is or begins with "{name}"; give another name')
+    from voz.language.command_source import pronounce_words  # builds lists, which most runs do not
+
+    known = spellings(language.dictionary)
+    places = {word: SETTING for word in (*name.split(), YES, NO) if word not in known}
+    sources = list_sources(language.files)
+    try:
+        entries = pronounce_words(sources[0].parent if sources else None, places)
+    except CommandsError as error:
+        raise ConfigError(str(error)) from None
+    more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}
+    return replace(
+        language,
+        pronunciations={**language.pronunciations, **with_british(more)},
+        guessed=frozenset(word for word in entries if entries[word].origin == GUESS_ORIGIN),
+    )
+
+
+Phones = tuple[str, ...]
+
+BRITISH_FILE = Path(__file__).with_name("british.tsv")
+"""Words that are said otherwise outside America, with their phones there."""
+
+
+def with_british(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Add the pronunciations of `BRITISH_FILE` to a dictionary; variants are words, as `the(2)`.
+
+    More (`start` without r) makes commands alike.
+    """
+    return _with_variants(dictionary, lambda word, _: _british().get(word, ()))
+
+
+def with_rounded(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Add the rounded vowel of `stop` and `rock`, which most accents have, for pocketsphinx.
+
+    The network hears that vowel as a symbol of the American one.
+    """
+    return _with_variants(dictionary, lambda word, known: [_rounded(word, way) for way in known])
+
+
+def _with_variants(
+    dictionary: Mapping[str, Phones], variants: Callable[[str, list[Phones]], Iterable[Phones]]
+) -> dict[str, Phones]:
+    more = dict(dictionary)
+    for word, known in spellings(dictionary).items():
+        new = [way for way in dict.fromkeys(variants(word, known)) if way not in known]
+        for number, way in enumerate(new, start=len(known) + 1):
+            more[f"{word}({number})"] = way
+    return more
+
+
+def spellings(dictionary: Mapping[str, Phones]) -> dict[str, list[Phones]]:
+    """All pronunciations of each word of a dictionary."""
+    found: dict[str, list[Phones]] = {}
+    for name, phones in dictionary.items():
+        found.setdefault(plain_word(name), []).append(phones)
+    return found
+
+
+def added(before: Iterable[str], after: Mapping[str, Phones]) -> dict[str, Phones]:
+    """The entries that a dictionary has more than before."""
+    there = set(before)
+    return {name: phones for name, phones in after.items() if name not in there}
+
+
+@cache
+def _british() -> dict[str, list[Phones]]:
+    found: dict[str, list[Phones]] = {}
+    for line in BRITISH_FILE.read_text(encoding="utf-8").splitlines():
+        word, _, phones = line.partition("\t")
+        found.setdefault(word, []).append(tuple(phones.split()))
+    return found
+
+
+def _rounded(word: str, phones: Phones) -> Phones:
+    """Replace AA by AO where an o is written, but not before R (`sorry` keeps it)."""
+    if "o" not in word:
+        return phones
+    pairs = zip(phones, (*phones[1:], ""), strict=True)
+    return tuple("AO" if phone == "AA" and after != "R" else phone for phone, after in pairs)
+
+
+def plain_word(name: str) -> str:
+    """The word of an entry of a dictionary, which may be a variant, as `the(2)`."""
+    return name.partition("(")[0]

@@ -9,12 +9,9 @@ from voz.audio.levels import FRAME
 from voz.audio.segment import Ongoing, Quiet, Segment, Sound, belong_together
 from voz.audio.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
-from voz.recognition.confidence import Context, probability
-from voz.recognition.confidence_model import SCORE
-from voz.recognition.decision import Decision, confidence_in_quiet
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.hypothesis import Hypothesis
-from voz.recognition.interpreter import Interpreter
+from voz.recognition.confidence import SCORE, Context, probability
+from voz.recognition.decision import Decision
+from voz.recognition.interpreter import NO_DETAILS, Details, Interpreter
 
 SAME_END_TOLERANCE = 2 * FRAME / SAMPLE_RATE
 """Two ends of a segment closer than this (s) are the same: nothing was said after the pause."""
@@ -43,13 +40,12 @@ class Stream:
     ) -> None:
         self._interpreter = interpreter
         self._learns = learns
-        self._rule = interpreter.rule
         self._spotting = spotting
         self._source = source
         self._details = details
         self._segmenter = Segmenter(early, interpreter.longest, voices, interpreter.samples_before)
-        self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
-        self._waiting: Hypothesis | None = None  # hangs on what follows
+        self._paused: Decision | None = None  # of the segment under way, up to its last pause
+        self._waiting: Decision | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
         self._name_until = 0.0  # where the robot's name ended that was reported last
         self._partial_text, self._partial_until = "", 0.0  # reported last, and not again before
@@ -60,7 +56,7 @@ class Stream:
         return self._segmenter.background
 
     @property
-    def amid_speech(self) -> bool:
+    def in_segment(self) -> bool:
         """Whether somebody speaks just now."""
         return self._segmenter.amid_segment
 
@@ -88,8 +84,8 @@ class Stream:
                 yield from self._spot(sound)
             return
         if self._waiting:
-            waiting, self._waiting = self._heard_by_now(self._waiting, sound), None
-            yield from self._report(waiting, _between(waiting.segment, sound), sound.decided)
+            decision, self._waiting = self._settled(self._waiting, sound), None
+            yield from self._report(decision, sound.decided)
         if isinstance(sound, Segment):
             sound = self._after_name(sound)
             follow = self._over if sound.over else self._pause
@@ -102,7 +98,8 @@ class Stream:
         return segment._replace(before=segment.before[max(0, len(segment.before) - since) :])
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
-        if spotted := self._interpreter.spot(sound.samples):
+        spotter = self._interpreter.spotter
+        if spotter and (spotted := spotter.spot(sound.samples)):
             sure = probability(self._interpreter.model, {SCORE: spotted.score})
             yield from self._partial(spotted.text, sure, sound.decided)
 
@@ -112,58 +109,60 @@ class Stream:
             command = self._interpreter.command_name(text)
             yield Partial(round(decided, 3), text, round(sure, 3), command)
 
+    def _decide(self, segment: Segment, context: Context) -> Decision:
+        return self._interpreter.rule.decide(self._interpreter.understand(segment), context)
+
     def _pause(self, segment: Segment, context: Context) -> Iterator[Utterance | Partial]:
-        heard = self._paused = self._interpreter.understand(segment)
-        decision = self._rule.decide(heard, context)
+        decision = self._paused = self._decide(segment, context)
         if not decision.accepted:
             return
+        heard = decision.hypothesis
         if decision.waits or self._interpreter.has_continuation(heard.text):
-            sure = confidence_in_quiet(heard)
-            yield from self._partial(heard.text, sure, segment.decided)
+            yield from self._partial(heard.text, heard.confidence, segment.decided)
         else:
             self._segmenter.cut()
             self._paused = None
-            yield from self._report(heard, context, segment.decided)
+            yield from self._report(decision, segment.decided)
 
     def _over(self, segment: Segment, context: Context) -> Iterator[Utterance]:
-        heard, self._paused = self._paused, None
-        is_same = heard is not None and segment.end <= heard.segment.end + SAME_END_TOLERANCE
-        if heard is None or not is_same or self._needs_more(heard, segment, context):
-            heard = self._interpreter.understand(segment)  # there may be more to hear by now
-        decision = self._rule.decide(heard, context)
-        if decision.waits or self._may_be_name(heard, decision, context):
-            self._waiting = heard
+        decision, self._paused = self._paused and self._paused.within(context), None
+        if decision is None or self._has_more(segment, decision):
+            decision = self._decide(segment, context)
+        if decision.waits or self._may_be_name(decision):
+            self._waiting = decision
         else:
-            yield from self._report(heard, context, segment.decided)
+            yield from self._report(decision, segment.decided)
 
-    def _needs_more(self, heard: Hypothesis, segment: Segment, context: Context) -> bool:
-        """Whether a little more sound changes what was heard, or may: the name may end softly."""
-        if self._rule.decide(heard, context).waits:
+    def _has_more(self, segment: Segment, decision: Decision) -> bool:
+        """Whether more was said since the pause, or a little more sound may change the decision."""
+        heard = decision.hypothesis
+        if decision.waits or segment.end > heard.segment.end + SAME_END_TOLERANCE:
             return True
-        return not heard.named and self._interpreter.hears_name(segment)
+        return not heard.named and self._interpreter.hears_name(segment)  # it may end softly
 
-    def _may_be_name(self, heard: Hypothesis, decision: Decision, context: Context) -> bool:
+    def _may_be_name(self, decision: Decision) -> bool:
         """Whether what is refused may turn out to be the robot's name, which may end softly."""
         # What is refused amid speech must not be reported as if it were said in quiet.
-        is_settled = heard.named or decision.accepted or context is not Context.QUIET
-        if is_settled or not self._interpreter.has_name:
+        is_settled = decision.accepted or decision.context is not Context.QUIET
+        if is_settled or decision.hypothesis.named or not self._interpreter.has_name:
             return False
-        return not self._rule.is_nearly_sure(heard, decision)
+        return not decision.is_nearly_sure
 
-    def _heard_by_now(self, waiting: Hypothesis, sound: Sound) -> Hypothesis:
-        """What waits, or the robot's name if that is in it with what followed."""
-        if not isinstance(sound, Quiet) or waiting.named:
-            return waiting
-        longer = waiting.segment._replace(decided=sound.decided, after=sound.samples)
-        named = self._interpreter.hears_name(longer)
-        return self._interpreter.understand(longer) if named else waiting
+    def _settled(self, waiting: Decision, sound: Sound) -> Decision:
+        """What becomes of a decision that waits, by what followed; the name may be in that."""
+        heard = waiting.hypothesis
+        context = _between(heard.segment, sound)
+        if isinstance(sound, Quiet) and not heard.named:
+            longer = heard.segment._replace(decided=sound.decided, after=sound.samples)
+            if self._interpreter.hears_name(longer):
+                return self._decide(longer, context)
+        return waiting.within(context)
 
-    def _report(self, heard: Hypothesis, context: Context, decided: float) -> Iterator[Utterance]:
-        utterance = self._interpreter.utterance(
-            heard, context, decided, self._source, self._details
-        )
+    def _report(self, decision: Decision, decided: float) -> Iterator[Utterance]:
+        heard = decision.hypothesis
+        utterance = self._interpreter.utterance(decision, decided, self._source, self._details)
         # What is too long for any command has not been asked about; it is hardly noise.
-        is_speech = not heard.values or heard.trust > 0
+        is_speech = not heard.features or heard.speech_probability > 0
         if utterance.accepted:
             self._segmenter.mark_command()
             if self._interpreter.is_name(utterance.text):

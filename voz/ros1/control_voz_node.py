@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
-from voz.hearing.sound_watch import SilenceCheck
+from voz.hearing.microphone_thread import SilenceCheck
 from voz.inbox import Inbox
 from voz.language.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands

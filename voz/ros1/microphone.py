@@ -27,7 +27,7 @@ from voz.language.language_files import (
     read_plain_text,
 )
 from voz.language.spoken_language import configured_language
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
 from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
@@ -112,7 +112,7 @@ def make_hearing(
             load_rospy().logwarn(warning)
         profile = text("profile")
         known = load_profile(profile) if profile else None
-        recognizer = Recognizer(language, settings.recognition, known)
+        recognizer = RecognitionEngine(language, settings.recognition, known)
     playback = loudspeaker if settings.speech.half_duplex else None
     return Hearing(
         recognizer,

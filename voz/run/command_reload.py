@@ -21,7 +21,7 @@ from voz.files import shown_path
 from voz.inbox import Inbox
 from voz.language.build import build
 from voz.language.command_source import CommandSource
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
 from voz.robot.user_code import error_line
 from voz.run.clocks import Clock
 from voz.run.command_check import check_list
@@ -93,7 +93,7 @@ class CommandReload:
 
     def __init__(
         self,
-        recognizer: Recognizer,
+        recognizer: RecognitionEngine,
         settings: Config,
         settings_file: SettingsFile | None,
         load_functions: Callable[[CommandTable], None],

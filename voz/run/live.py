@@ -14,7 +14,7 @@ from voz.events import Event
 from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, sound_card
 from voz.inbox import Inbox
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
 from voz.run.clocks import Clock, WallClock
 from voz.run.command_reload import CommandReload, SettingsFile
 from voz.run.dispatcher import Dispatcher
@@ -115,7 +115,7 @@ class RunParts:
     controller: Dispatcher
     hearing: Hearing
     mixer: Playback | None
-    recognizer: Recognizer
+    recognizer: RecognitionEngine
     settings: Config
     recorder: SoundRecorder | None
 
@@ -150,7 +150,11 @@ class LiveOptions:
 
 
 def run_live(
-    settings: Config, recognizer: Recognizer, inbox: Inbox, robots: OpenRobots, options: LiveOptions
+    settings: Config,
+    recognizer: RecognitionEngine,
+    inbox: Inbox,
+    robots: OpenRobots,
+    options: LiveOptions,
 ) -> None:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
 
@@ -210,7 +214,10 @@ def _sound_source(options: LiveOptions, page: Page | None, own: Playback | None)
 
 @contextmanager
 def _text_commands(
-    recognizer: Recognizer, inbox: Inbox, clock: Clock, other_recognizer: OtherRecognizer | None
+    recognizer: RecognitionEngine,
+    inbox: Inbox,
+    clock: Clock,
+    other_recognizer: OtherRecognizer | None,
 ) -> Iterator[TypedLine]:
     """Take commands from the keyboard and another recognizer; gives the line being typed."""
     texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)

@@ -18,8 +18,8 @@ from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
 from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.spelling import normalize, spoken_forms, strip_accents
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
+from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item
 
@@ -76,7 +76,7 @@ def typed_items(
 
 def recorded_items(
     paths: Iterable[Path],
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     unreadable: list[str],
     details: Details = NO_DETAILS,
 ) -> Iterator[Item]:

@@ -46,13 +46,13 @@ class HeardSound(Protocol):
     Attributes:
         peak: its level now, 0 to 1.
         background: level of the room, dBFS.
-        deaf: whether the robot speaks, so that only `never_missed` commands are obeyed.
+        speaking: whether the robot speaks, so that only `never_missed` commands are obeyed.
         device: its name.
     """
 
     peak: float
     background: float
-    deaf: bool
+    speaking: bool
     device: str
 
 
@@ -142,7 +142,7 @@ class Display:
         return Panel(Group(table), title=self._title(), subtitle=keys, width=PANEL_WIDTH)
 
     def _title(self) -> Text:
-        if self._sound.deaf:
+        if self._sound.speaking:
             return Text(" speaking ", "black on yellow")
         if not self._ear.awake:
             return Text(printable(f' asleep: say "{self._ear.name}" '))

@@ -25,7 +25,7 @@ from voz.settings import Recognition
 
 pytestmark = pytest.mark.slow
 
-SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(second_ear=False))
+SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(use_network=False))
 
 
 @contextmanager
@@ -138,7 +138,7 @@ def test_what_never_ends_is_one_row(cluster: str, names: list[str]) -> None:
 def test_the_output_is_that_of_one_machine(cluster: str, tmp_path: Path) -> None:
     """Workers are in another folder than the user."""
     given = ["decode", "audio_fixtures/commands", "none.wav", "--glob", "festival_slt__*.flac"]
-    given += ["--ears", "1"]
+    given += ["--no-network"]
     here, there = tmp_path / "here.jsonl", tmp_path / "there.jsonl"
     result = in_process(*given, "--out", there, "--dask", cluster, cwd=ROOT)
     assert (result.code, in_process(*given, "--out", here, cwd=ROOT).code) == (3, 3)

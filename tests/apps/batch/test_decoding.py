@@ -7,9 +7,9 @@ from pathlib import Path
 import soundfile
 from recordings import Recording
 
+from voz.api.recognizer import Recognizer
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import ErrorRow, SilentRow, UtteranceRow
-from voz.recognition.recognizer import Recognizer
 
 
 def test_an_unreadable_recording_does_not_end_the_rest(

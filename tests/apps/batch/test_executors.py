@@ -23,7 +23,7 @@ from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
-SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(second_ear=False), memory=500_000_000)
+SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(use_network=False), memory=500_000_000)
 
 pytestmark = pytest.mark.slow
 

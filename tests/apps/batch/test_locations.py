@@ -72,7 +72,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def decode(output: str, resume: bool = False) -> list[int]:
     """Decode two recordings, of which one is not there; tells which it did not know yet."""
-    many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition(second_ear=False)), jobs=1)
+    many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition(use_network=False)), jobs=1)
     asked: list[int] = []
 
     def some(numbers: list[int]) -> Generator[Finished, None, None]:
@@ -153,7 +153,7 @@ def test_an_object_is_replaced_only_if_asked(store: tuple[str, type[Store]]) -> 
     address, handler = store
     output = f"{address}/heard.jsonl"
     handler.objects["/heard.jsonl"] = b"mine"
-    given = ("decode", GO_BACK, "--ears", "1", "--jobs", "1", "--out", output)
+    given = ("decode", GO_BACK, "--no-network", "--jobs", "1", "--out", output)
     assert f"{output}: is there already; continue it" in in_process(*given).complaint
     assert handler.objects == {"/heard.jsonl": b"mine"}
     assert in_process(*given, "--overwrite").code == 0
@@ -165,7 +165,7 @@ def test_shards_elsewhere_are_merged_to_elsewhere(
     store: tuple[str, type[Store]], tmp_path: Path
 ) -> None:
     address, handler = store
-    given = ("decode", GO_BACK.parent, "--glob", "festival_ked*", "--ears", "1", "--jobs", "1")
+    given = ("decode", GO_BACK.parent, "--glob", "festival_ked*", "--no-network", "--jobs", "1")
     places = [f"{address}/shards/1.parquet", f"{address}/shards/2.csv"]
     for number, place in enumerate(places, start=1):
         assert in_process(*given, "--shard", f"{number}/2", "--out", place).code == 0

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import FIXTURES, Recording
 
+from voz.api.recognizer import Recognizer
 from voz.apps.batch import long_recordings
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.long_recordings import (
@@ -27,8 +28,7 @@ from voz.apps.batch.long_recordings import (
 )
 from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.audio import SAMPLE_RATE
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.interpreter import NO_DETAILS, Details
 
 SHORT = 10.0
 """Parts that are cut so small that a recording of a minute has several, s."""

@@ -32,7 +32,7 @@ def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
         return outcome
 
     monkeypatch.setattr(worker, "_heard", meanwhile)
-    setup = WorkerSetup(str(PACKAGED_FOLDER), Recognition(second_ear=False))
+    setup = WorkerSetup(str(PACKAGED_FOLDER), Recognition(use_network=False))
     (outcome,) = work(setup, DecodeTask((str(path),)))  # type: ignore[misc]
     looked = list(check_stamps([str(path)], [(0, outcome.stamp)]))
     assert [each.changed for each in looked] == ([True] if changes else [])

@@ -34,7 +34,7 @@ def test_each_engine_hears_a_command(name: str, clip: Recording, language: Langu
     (heard,) = engine(clip.samples())
     assert (heard.text, heard.accepted) == ("go back", True)
     assert 0 <= heard.start < heard.end <= len(clip.samples()) / 16000
-    assert heard.confidence == 1 or name in ("voz", "first-ear")
+    assert heard.confidence == 1 or name in ("voz", "without-network")
 
 
 def test_what_it_is_compared_with_refuses_other_speech(

@@ -23,16 +23,17 @@ from voz.apps.evaluation.fit_confidence import (
 )
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
-from voz.recognition.confidence import Context, probability
-from voz.recognition.confidence_model import (
+from voz.recognition.confidence import (
     NETWORK_FEATURES,
     POCKETSPHINX_FEATURES,
     VOICES_AROUND,
+    Context,
     load_models,
+    probability,
     save_models,
 )
 
-MODEL = load_models().two_ears
+MODEL = load_models().with_network
 NAMES = ("match", "nothing")
 
 
@@ -107,7 +108,7 @@ def test_talk_tells_how_many_false_alarms_there_are() -> None:
     """Of an hour's talk, the k likeliest has odds of at least 1 / k."""
     odds = [-math.log(rank) for rank in range(1, 200)]  # one alarm at even odds, two at half
     model = with_alarms(MODEL, *talk(odds), hours=1.0)
-    assert model.alarms_fall == pytest.approx(1, rel=0.35)
+    assert model.alarm_exponent == pytest.approx(1, rel=0.35)
     assert model.alarms == pytest.approx(6 / 5, rel=0.5)
     twice = with_alarms(MODEL, *talk(odds), hours=2.0)
     assert twice.alarms == pytest.approx(model.alarms / 2, rel=1e-3)
@@ -154,7 +155,7 @@ def test_acceptance_counts_by_set_kind_condition_and_outcome() -> None:
 
 
 def test_what_a_rate_costs_counts_all_commands_also_those_of_which_nothing_was_heard() -> None:
-    model = replace(MODEL, alarms=1.0, alarms_fall=1.0)  # a rate of 0.5 needs two thirds
+    model = replace(MODEL, alarms=1.0, alarm_exponent=1.0)  # a rate of 0.5 needs two thirds
     commands = [clip(number) for number in range(4)]
     some = [
         example(commands[0], {}, True),
@@ -195,11 +196,11 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     fitted_on = [describe_set(clips, "audio_fixtures")]
     found, alone = ([*some, *as_talk(some)] for some in (found, alone))
     models, likely = fit_models(found, alone, fitted_on, 1.0, commands)
-    assert "command" in models.two_ears.fitted_on[0]
-    assert len(models.two_ears.costs) == len(models.one_ear.costs) == 6
-    assert set(models.two_ears.weights) == {*NETWORK_FEATURES}
-    assert set(models.one_ear.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
-    assert models.two_ears.weights["score"] > 0
+    assert "command" in models.with_network.fitted_on[0]
+    assert len(models.with_network.costs) == len(models.without_network.costs) == 6
+    assert set(models.with_network.weights) == {*NETWORK_FEATURES}
+    assert set(models.without_network.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
+    assert models.with_network.weights["score"] > 0
     assert len(likely) == len(found)
     save_models(models, tmp_path / "models.json")
     assert load_models(str(tmp_path / "models.json")) == models

@@ -7,12 +7,11 @@ from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Kind
 from voz.config import Recognition
-from voz.recognition.confidence_model import Model
-from voz.recognition.miss_rates import alarm_rates_near
+from voz.recognition.confidence import Model, alarm_rates_near
 
-MODEL = Model(fitted_on=[], intercept=0.0, weights={}, alarms=1.0, alarms_fall=1.0)
+MODEL = Model(fitted_on=[], intercept=0.0, weights={}, alarms=1.0, alarm_exponent=1.0)
 COMMANDS = ["go back", "stop"]
-RATES = alarm_rates_near(MODEL.usual_alarms)
+RATES = alarm_rates_near(MODEL.default_alarm_rate)
 
 
 def result(

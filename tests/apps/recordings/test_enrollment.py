@@ -13,6 +13,8 @@ from full_disk import full_disk
 from recordings import FIXTURES, GO_BACK
 from rich.console import Console
 
+from voz.api.recognizer import Recognizer
+from voz.apps.recordings.calibration import Said
 from voz.apps.recordings.enrollment import (
     PROMPT_COUNT,
     check_recording,
@@ -24,8 +26,6 @@ from voz.apps.recordings.enrollment import (
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
 from voz.errors import ConfigError
-from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.calibration import Said
 
 
 def test_each_command_is_asked_for_and_some_twice_in_the_same_order_each_time() -> None:

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from voz.api.recognizer import Recognizer
 from voz.apps.web.false_alarm_setting import FalseAlarmSetting
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer, confidence_model
+from voz.recognition.engine import confidence_model
 from voz.settings import Recognition
 
 
@@ -28,7 +29,7 @@ def test_no_number_beyond_what_is_known_is_set(turned: Recognizer, alarms: float
         setting.set(alarms)
     known = [cost.alarms for cost in confidence_model(turned).costs]
     assert min(known) <= setting.alarms <= max(known)
-    needed = turned.needed("go forward")
+    needed = turned.threshold_of("go forward")
     assert needed is not None
     assert 0 < needed < 1
 
@@ -37,7 +38,7 @@ def test_no_number_beyond_what_is_known_is_set(turned: Recognizer, alarms: float
 def test_a_recognizer_takes_no_such_number_from_a_program_either(
     turned: Recognizer, alarms: float
 ) -> None:
-    before = turned.needed("go forward")
+    before = turned.threshold_of("go forward")
     with pytest.raises(ConfigError, match=r"at `Recognition\.false_alarms_per_hour`"):
-        turned.accept_by(alarms)
-    assert turned.needed("go forward") == before
+        turned.set_false_alarm_rate(alarms)
+    assert turned.threshold_of("go forward") == before

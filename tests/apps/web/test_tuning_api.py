@@ -18,9 +18,10 @@ from playwright.sync_api import BrowserContext, expect
 from programs import wait_until
 from recordings import FIXTURES
 
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE
-from voz.recognition.confidence_model import Models, load_models, save_models
-from voz.recognition.recognizer import Recognizer, confidence_model
+from voz.recognition.confidence import Models, load_models, save_models
+from voz.recognition.engine import confidence_model
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
@@ -150,7 +151,9 @@ def test_where_it_is_not_known_what_it_costs_the_slider_says_why(
     tmp_path: Path,
 ) -> None:
     models = load_models()
-    older = Models(replace(models.two_ears, costs=()), replace(models.one_ear, costs=()))
+    older = Models(
+        replace(models.with_network, costs=()), replace(models.without_network, costs=())
+    )
     save_models(older, tmp_path / "mine.json")
     config = tmp_path / "voz.toml"
     settings = settings.replace("mine.json", str(tmp_path / "mine.json"))

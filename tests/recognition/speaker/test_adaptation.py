@@ -7,29 +7,37 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import pocketsphinx
 import pytest
 from recordings import Recording
 
+from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import LanguageError
-from voz.language.acoustic_model import AcousticModel
+from voz.language.acoustic_model import CEPSTRA, AcousticModel
 from voz.language.language_files import LanguageFiles
+from voz.language.spoken_language import ENGLISH_MODEL
+from voz.recognition.engine import learned_by
 from voz.recognition.language import Language
-from voz.recognition.recognizer import Recognizer, learned_by
+from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 from voz.recognition.speaker.adaptation import (
     MAX_DOUBTS,
     MAX_FRAMES,
     MAX_SHIFT,
+    Aligned,
     Aligner,
     Observation,
     StartVector,
+    as_text,
+    fit_transforms,
+    is_transforms,
 )
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 START = "45,3,-1"
 
-ALONE = Recognition(second_ear=False)
+ALONE = Recognition(use_network=False)
 """Pocketsphinx; the network needs no such help."""
 
 BRIGHT = (3.0, -20.0, -10.0, *[5.0] * 10)
@@ -101,14 +109,14 @@ def test_the_odd_hit_in_an_hour_of_talk_teaches_little() -> None:
     vector = StartVector()
     for number in range(300):
         hit = number % 30 == 29
-        vector = vector.updated(Observation(BRIGHT, 100)) if hit else vector.passed()
+        vector = vector.updated(Observation(BRIGHT, 100)) if hit else vector.with_unused()
     assert np.all(np.abs(moved(vector)) < 0.25 * np.abs(BRIGHT))
 
 
 def test_after_an_hour_of_talk_ten_commands_are_learnt_from_again() -> None:
     vector = StartVector()
     for _ in range(300):
-        vector = vector.passed()
+        vector = vector.with_unused()
     for _ in range(10):
         vector = vector.updated(Observation(BRIGHT, 60))
     assert np.all(np.abs(moved(vector)) > 0.6 * np.abs(BRIGHT))
@@ -117,15 +125,15 @@ def test_after_an_hour_of_talk_ten_commands_are_learnt_from_again() -> None:
 def test_it_is_forgotten_when_the_usual_start_understands_more() -> None:
     vector = learned()
     for _ in range(MAX_DOUBTS - 1):
-        vector = vector.doubted()
+        vector = vector.with_contradiction()
         assert vector.frames == learned().frames
-    assert vector.doubted() == StartVector()
+    assert vector.with_contradiction() == StartVector()
 
 
 def test_a_doubt_now_and_then_is_no_reason_to_forget() -> None:
     vector = learned()
     for _ in range(100):
-        vector = vector.doubted().updated(Observation(BRIGHT, 60))
+        vector = vector.with_contradiction().updated(Observation(BRIGHT, 60))
     assert np.allclose(moved(vector), BRIGHT, atol=2)
 
 
@@ -239,3 +247,55 @@ def test_what_is_no_command_spoils_nothing(
 def test_recordings_are_each_heard_as_if_alone(recognizer: Recognizer, session: Recording) -> None:
     list(recognizer.utterances([session.samples()], "session"))
     assert learned_by(recognizer) == StartVector()
+
+
+@pytest.fixture(scope="module")
+def model() -> AcousticModel:
+    return AcousticModel(Path(pocketsphinx.get_model_path(ENGLISH_MODEL)))
+
+
+def spoken_by_the_model(model: AcousticModel, moved_by: float) -> Aligned:
+    """Frames as the model expects them most, 20 of each of its phones, all moved by the same."""
+    phones = np.repeat(np.arange(len(model.phones)), 20)
+    senones = np.repeat(np.arange(len(model.phones)) * 3, 20)  # of phones without context
+    gaussians = model.log_weights(senones)[0].argmax(axis=1)
+    cepstra = model.means[phones, 0, gaussians] + moved_by
+    return Aligned(cepstra, np.arange(len(phones)), phones, senones)
+
+
+def test_without_speech_nothing_is_transformed(model: AcousticModel) -> None:
+    for matrix, bias in fit_transforms([], model):
+        assert np.allclose(matrix, np.eye(CEPSTRA), atol=1e-6)
+        assert np.allclose(bias, 0, atol=1e-6)
+
+
+def test_a_speaker_who_is_moved_is_found(model: AcousticModel) -> None:
+    usual = model.means[:, 0].reshape(-1, CEPSTRA)
+    found = []
+    for moved_by in (0.0, 4.0):
+        (matrix, bias), *_ = fit_transforms([(spoken_by_the_model(model, moved_by), "0")], model)
+        found.append((usual @ matrix.T + bias).mean(axis=0))
+    assert np.allclose(found[1] - found[0], 4, atol=2)
+
+
+def test_pocketsphinx_reads_it_and_what_changes_nothing_changes_nothing(
+    model: AcousticModel, loaded: Language, recordings: list[Recording], tmp_path: Path
+) -> None:
+    text = as_text(fit_transforms([], model))
+    assert is_transforms(text)
+    (tmp_path / "mllr.txt").write_text(text)
+    plain, same = Decoder(loaded), Decoder(loaded, mllr=str(tmp_path / "mllr.txt"))
+    (tmp_path / "upside_down.txt").write_text(text.replace("1.000000", "-1.000000"))
+    wrong = Decoder(loaded, mllr=str(tmp_path / "upside_down.txt"))
+    clips = [r for r in recordings if r.kind == "command"][::9]
+
+    def decoded(decoder: Decoder) -> list[str]:
+        return [decoder.decode(r.samples(), mean_start(r.samples())) for r in clips]
+
+    assert decoded(same) == decoded(plain)
+    assert decoded(wrong) != decoded(plain)
+
+
+@pytest.mark.parametrize("text", ["", "1\n3\n13", "nonsense", "nan " * 587])
+def test_what_is_no_transform_is_seen(text: str) -> None:
+    assert not is_transforms(text)

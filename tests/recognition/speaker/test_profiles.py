@@ -25,7 +25,7 @@ VECTOR = StartVector().updated(Observation((1.23456,) * 13, 60))
 
 def test_what_was_learnt_outlives_the_program(tmp_path: Path) -> None:
     path = tmp_path / "not" / "yet" / "there.json"
-    assert save_learned(path, VECTOR.doubted()) is None
+    assert save_learned(path, VECTOR.with_contradiction()) is None
     vector, warning = load_learned(path)
     assert warning is None
     assert vector.doubts == 1

@@ -78,7 +78,7 @@ def test_looking_changes_nothing_of_the_run() -> None:
 @pytest.mark.parametrize(("width", "beside"), [(140, True), (80, False)])
 def test_in_a_wide_terminal_it_is_beside_the_display_else_below(width: int, beside: bool) -> None:
     room = RoomView(SimulatedRobot(Simulator()), Simulator())
-    sound = SimpleNamespace(peak=0.1, background=-60.0, deaf=False, device="USB Audio")
+    sound = SimpleNamespace(peak=0.1, background=-60.0, speaking=False, device="USB Audio")
     display = Display(
         sound, SimpleNamespace(listening=True, name="", awake=True), lambda: "", extra=room
     )

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import Recording
 
+from voz.api.recognizer import Recognizer
 from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance
-from voz.recognition.recognizer import Recognizer
 from voz.robot.simulation.simulator import SimulatedRobot, Trip
 from voz.robot.simulation.world import WorldState, joints_pointing_at
 from voz.settings import Simulator

@@ -11,12 +11,15 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.files import shown_path
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
+from voz.recognition.interpreter import NO_DETAILS, Details
 
 
 def decode_recording(
-    recognizer: Recognizer, path: Path, file: str | None = None, details: Details = NO_DETAILS
+    recognizer: RecognitionEngine,
+    path: Path,
+    file: str | None = None,
+    details: Details = NO_DETAILS,
 ) -> Outcome:
     """Decode one recording as if it were alone; its rows name it by `file`, or else by its path.
 
@@ -27,7 +30,7 @@ def decode_recording(
 
 
 def decode_blocks(
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     blocks: Iterable[Samples],
     file: str,
     details: Details = NO_DETAILS,

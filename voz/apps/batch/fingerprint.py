@@ -14,8 +14,8 @@ from voz.apps.batch.outcomes import DETAIL_COLUMNS
 from voz.errors import ConfigError
 from voz.files import read_bytes, sha256
 from voz.language.language_files import LanguageFiles
-from voz.recognition.confidence_model import DEFAULT_MODELS, load_models
-from voz.recognition.network_file import DEFAULT_NETWORK
+from voz.recognition.confidence import DEFAULT_MODELS, load_models
+from voz.recognition.network.phoneme_network import DEFAULT_NETWORK
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 

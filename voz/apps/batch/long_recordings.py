@@ -28,8 +28,8 @@ from voz.audio.sound_files import header_seconds, read_blocks
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.files import sha256
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.recognizer import Recognizer, open_stream
+from voz.recognition.engine import RecognitionEngine, open_stream
+from voz.recognition.interpreter import NO_DETAILS, Details
 
 LONG_RECORDING_SECONDS = 600.0
 """Longer recordings are cut, s."""
@@ -104,7 +104,7 @@ def parts_of(plan: CutPlan) -> list[RecordingPart]:
 
 
 def decode_part(
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     path: Path,
     part: RecordingPart,
     file: str,

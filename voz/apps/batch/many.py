@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
 
+from voz.api.load import open_language
 from voz.apps.batch.batch_decoder import BatchDecoder
 from voz.apps.batch.fingerprint import header_for
 from voz.apps.batch.inputs import find_inputs
@@ -14,8 +15,7 @@ from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow, utterance_o
 from voz.apps.batch.output import in_input_order
 from voz.apps.batch.tasks import WorkerSetup
 from voz.events import Utterance
-from voz.loading import open_language
-from voz.recognition.details import Details
+from voz.recognition.interpreter import Details
 from voz.recognition.speaker.profiles import load_profile
 from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition

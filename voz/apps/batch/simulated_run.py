@@ -21,8 +21,8 @@ from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
 from voz.files import atomic_write, os_errors_as_config_error
-from voz.recognition.details import NO_DETAILS, Details
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
+from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.robot.simulation.pictures import check_picture, save_picture
 from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
@@ -49,7 +49,7 @@ def simulation_options(
 
 
 def simulate_recording(
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     found: LocalRecording,
     how: SimulationOptions,
     details: Details = NO_DETAILS,

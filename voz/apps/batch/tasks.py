@@ -8,7 +8,7 @@ import msgspec
 
 from voz.apps.batch.long_recordings import CutPlan, DecodedPart, RecordingPart
 from voz.apps.batch.outcomes import Outcome
-from voz.recognition.details import NO_DETAILS, Details
+from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.settings import Recognition
 
 

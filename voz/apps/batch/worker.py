@@ -20,7 +20,7 @@ from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, TaskResult, Wor
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
 from voz.language.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
 from voz.recognition.speaker.profiles import load_profile
 
 BYTES_PER_MEGABYTE = 1_000_000
@@ -50,7 +50,9 @@ def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
         return replace(done, rows=_named(done.rows, found))
 
 
-def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -> Outcome | None:
+def _decoded(
+    recognizer: RecognitionEngine, name: str, cut: bool, setup: WorkerSetup
+) -> Outcome | None:
     """Decode a recording, with any error as its last row; None if it should be cut."""
     stamp = stamp_of(name, setup.base)
     try:
@@ -64,7 +66,7 @@ def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -
         return failed_outcome(shown_name(name), str(error), stamp)
 
 
-def _heard(recognizer: Recognizer, found: LocalRecording, setup: WorkerSetup) -> Outcome:
+def _heard(recognizer: RecognitionEngine, found: LocalRecording, setup: WorkerSetup) -> Outcome:
     if setup.simulation is None:
         return decode_recording(recognizer, found.path, found.name, setup.details)
     from voz.apps.batch.simulated_run import simulate_recording
@@ -97,12 +99,12 @@ def _named(rows: tuple[Row, ...], found: LocalRecording) -> tuple[Row, ...]:
 
 
 @cache
-def _loaded(setup: WorkerSetup) -> Recognizer:
+def _loaded(setup: WorkerSetup) -> RecognitionEngine:
     known = load_profile(setup.profile) if setup.profile else None
     language = LanguageFiles(Path(setup.folder))
     if setup.fingerprint:
         check_same(setup.fingerprint, language, setup.settings, known)
-    recognizer = Recognizer(language, setup.settings, known)
+    recognizer = RecognitionEngine(language, setup.settings, known)
     if setup.memory:
         _limit_memory(setup.memory)
     return recognizer

@@ -14,9 +14,9 @@ from voz.language.language_files import (
     read_sentences,
     stale_warning,
 )
-from voz.recognition.network_file import fingerprint_of
-from voz.recognition.phoneme_scorer import why_missing
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine
+from voz.recognition.network.phoneme_network import fingerprint_of
+from voz.recognition.network.score import why_missing
 from voz.settings import Recognition
 
 LANGUAGE_FILES = "language files"
@@ -28,7 +28,7 @@ def check_recognition(settings: Config) -> Iterator[Finding]:
         files = find_language(settings.lm)
         check_files(files)
         yield _check_language(files)
-        Recognizer(files, settings.recognition)
+        RecognitionEngine(files, settings.recognition)
     except VozError as error:
         yield failed(LANGUAGE_FILES, error)
         return
@@ -39,8 +39,8 @@ def check_recognition(settings: Config) -> Iterator[Finding]:
 def check_network(files: LanguageFiles, settings: Recognition) -> Finding:
     """Check the phoneme network; without it more is accepted that is no command."""
     name = "phoneme network"
-    if not settings.second_ear:
-        return Finding(name, True, "off: [recognition] second_ear = false", required=False)
+    if not settings.use_network:
+        return Finding(name, True, "off: [recognition] use_network = false", required=False)
     if missing := why_missing(files, settings.network):
         remedy = "see [recognition] in docs/recognition.md; pocketsphinx decides alone until then"
         return Finding(name, False, f"none ({missing})", remedy, required=False)

@@ -68,9 +68,9 @@ def load_engine(choice: EngineChoice) -> Engine:
 
 def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
     """Load voz itself."""
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.engine import RecognitionEngine
 
-    recognizer = Recognizer(language, settings)
+    recognizer = RecognitionEngine(language, settings)
 
     def recognize(samples: Samples) -> list[Understood]:
         return [
@@ -83,7 +83,7 @@ def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
 
 def without_network(language: LanguageFiles, settings: Recognition) -> Engine:
     """Load voz without its phoneme network."""
-    return voz_engine(language, replace(settings, second_ear=False))
+    return voz_engine(language, replace(settings, use_network=False))
 
 
 def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engine:
@@ -134,7 +134,7 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition
 
 ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
     "voz": voz_engine,
-    "first-ear": without_network,
+    "without-network": without_network,
     "plain-pocketsphinx": plain_pocketsphinx,
     "pocketsphinx-phone-loop": pocketsphinx_with_phone_loop,
 }

@@ -17,7 +17,7 @@ from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.language.language_files import find_language
 from voz.recognition.confidence import Context
-from voz.recognition.recognizer import Recognizer, candidates_in
+from voz.recognition.engine import RecognitionEngine, candidates_in
 from voz.settings import Recognition
 
 TOO_LITTLE_TALK = (
@@ -74,8 +74,8 @@ def check_talk(clips: Iterable[Clip]) -> None:
 
 
 @cache
-def _recognizer(lm: str | None, network: bool) -> Recognizer:
-    return Recognizer(find_language(lm), Recognition(second_ear=network))
+def _recognizer(lm: str | None, network: bool) -> RecognitionEngine:
+    return RecognitionEngine(find_language(lm), Recognition(use_network=network))
 
 
 def _examples(task: Task, lm: str | None) -> RecordingExamples:
@@ -93,7 +93,9 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
         found = list(candidates_in(_recognizer(lm, network), blocks))
         parts, rest = assign_to_stretches(found, stretches)
         return [
-            Example(clip, o.text, o.values, o.trust, o.context, _is_said(clip, o.text))
+            Example(
+                clip, o.text, o.features, o.speech_probability, o.context, _is_said(clip, o.text)
+            )
             for clip, part in zip((*task.clips, surroundings), (*parts, rest), strict=True)
             for o in part
         ]

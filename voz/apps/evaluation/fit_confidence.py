@@ -12,16 +12,18 @@ from msgspec.structs import replace
 from voz.apps.evaluation.examples import TOO_LITTLE_TALK, Example
 from voz.apps.recordings.manifest import Clip
 from voz.errors import ConfigError
-from voz.recognition.confidence import discount_for_context, probability
-from voz.recognition.confidence_model import (
+from voz.recognition.confidence import (
     NETWORK_FEATURES,
     POCKETSPHINX_FEATURES,
     VOICES_AROUND,
+    MissRate,
     Model,
     Models,
+    alarm_rates_near,
+    discount_for_context,
     load_models,
+    probability,
 )
-from voz.recognition.miss_rates import MissRate, alarm_rates_near
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
 
@@ -44,7 +46,7 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 LARGEST_POWER = 20.0
 """Of e, by which false alarms at even odds are more than the likeliest ones."""
 
-USUAL_ALARMS_OF_ONE_EAR = 20.0
+DEFAULT_ALARM_RATE_WITHOUT_NETWORK = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
 
 COMMAND_SHARE = 1 / 2
@@ -83,8 +85,10 @@ def fit_models(
     both = with_alarms(fit(examples, fitted_on, NETWORK_FEATURES), examples, likely, hours)
     one = with_alarms(fit(alone, fitted_on, POCKETSPHINX_FEATURES), alone, likely_alone, hours)
     # Recordings of one command do not show what voices in the room are worth.
-    voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
-    one = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
+    voices = {VOICES_AROUND: load_models().without_network.weights[VOICES_AROUND]}
+    one = replace(
+        one, weights=one.weights | voices, default_alarm_rate=DEFAULT_ALARM_RATE_WITHOUT_NETWORK
+    )
     models = Models(
         with_costs(both, examples, likely, commands),
         with_costs(one, alone, likely_alone, commands),
@@ -115,7 +119,7 @@ def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str])
         intercept=round(intercept, 4),
         weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
         alarms=1.0,
-        alarms_fall=1.0,
+        alarm_exponent=1.0,
     )
 
 
@@ -152,7 +156,7 @@ def with_alarms(
     fall = LIKELIEST / spread
     # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
     alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
-    return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
+    return replace(model, alarms=round(alarms, 4), alarm_exponent=round(fall, 4))
 
 
 def _talk_is_too_sure(likeliest: Iterable[Example]) -> str:
@@ -175,7 +179,7 @@ def with_costs(
     `with_alarms`.
     """
     costs = []
-    for alarms in alarm_rates_near(model.usual_alarms):
+    for alarms in alarm_rates_near(model.default_alarm_rate):
         settings = Recognition(false_alarms_per_hour=alarms)
         least = thresholds(model, settings, {example.text for example in examples})
         pairs = zip(examples, probabilities, strict=True)

@@ -10,8 +10,7 @@ from msgspec.structs import replace
 from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import AlarmRate
-from voz.recognition.confidence_model import Model
-from voz.recognition.miss_rates import alarm_rates_near
+from voz.recognition.confidence import Model, alarm_rates_near
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
 
@@ -39,7 +38,7 @@ def operating_points(
     """
     clean = [r for r in results if r.snr is None and r.error is None]
     found = []
-    for alarms in alarm_rates_near(model.usual_alarms):
+    for alarms in alarm_rates_near(model.default_alarm_rate):
         asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
         needed = thresholds(model, asked, commands)
         judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from voz.apps.recordings.calibration import MIN_SENTENCES, Said, sentences_in
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.apps.recordings.recording_folder import save_recording
 from voz.audio import SAMPLE_RATE, Samples
@@ -20,8 +21,7 @@ from voz.audio.voice_detector import VoiceDetector
 from voz.errors import ConfigError
 from voz.files import os_errors_as_config_error
 from voz.recognition.confidence import NOISE_VOICE
-from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, sentences_in
+from voz.recognition.engine import RecognitionEngine
 from voz.terminal.level_bar import level_bar
 
 PROMPT_COUNT = 24
@@ -61,7 +61,7 @@ def missing_prompts(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
 def record_prompts(
     asked: Sequence[str],
     blocks: Iterator[Samples],
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     *,
     folder: Path,
     name: str,
@@ -91,7 +91,7 @@ def record_prompts(
                 save_recording(samples, folder, ENROLLMENT_COLUMNS, (text, name, "command"))
 
 
-def check_recording(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
+def check_recording(text: str, samples: Samples, recognizer: RecognitionEngine) -> tuple[bool, str]:
     """Recognize a sentence; returns whether it was heard, and what was heard, in words."""
     heard = sentences_in(samples, recognizer)
     words = (u.text if u.accepted else f"{u.text} (unsure)" for u in heard)
@@ -101,7 +101,7 @@ def check_recording(text: str, samples: Samples, recognizer: Recognizer) -> tupl
 def _listen_for(
     text: str,
     blocks: Iterator[Samples],
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     voice: VoiceDetector,
     console: Console,
 ) -> Samples:

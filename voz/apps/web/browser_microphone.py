@@ -43,7 +43,7 @@ class _Block:
 class _End:
     """A stream ends, whole or not."""
 
-    whole: bool
+    complete: bool
 
 
 _Item: TypeAlias = _Block | _End
@@ -62,7 +62,7 @@ class BrowserMicrophone:
     def __init__(self, warn: Callable[[str], None]) -> None:
         """Begin with no stream; `warn` takes a line when sound is late or missing."""
         self.arrived = time.monotonic()
-        self.whole = True
+        self.complete = True
         self.addressed = False
         self._warn = warn
         self._warned_at = -LATE_WARNING_INTERVAL
@@ -95,7 +95,7 @@ class BrowserMicrophone:
 
     def begin_stream(self, rate: float, held: bool) -> None:
         """Expect sound from now on, at so many Hz; `held`: for as long as the button is held."""
-        self.end_stream(whole=False)
+        self.end_stream(complete=False)
         self._last, self._rate, self._held = time.monotonic(), rate, held
         self._expected, self._broken = True, False
 
@@ -120,11 +120,11 @@ class BrowserMicrophone:
         if self._expected:
             self._break("sound of the browser is missing: the network is too slow")
 
-    def end_stream(self, whole: bool) -> None:
+    def end_stream(self, complete: bool) -> None:
         """Expect no more sound; an open segment is decided if the stream is whole, else dropped."""
         if self._expected:
             self._expected = False
-            self._put(_End(whole))
+            self._put(_End(complete))
 
     def note_page_gone(self) -> None:
         """Note that the page has gone; if it was to speak, sound is still expected (S5)."""
@@ -141,7 +141,7 @@ class BrowserMicrophone:
             self.arrived = time.monotonic()
             return NO_SAMPLES
         if isinstance(item, _End):
-            self.whole, self._resampler = item.whole, None
+            self.complete, self._resampler = item.complete, None
             raise StopIteration
         self._resampler = self._resampler or Resampler(item.rate)
         self.arrived, self.addressed = item.when, item.addressed

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from voz.apps.web.event_history import Record
 from voz.errors import ConfigError
-from voz.recognition.miss_rates import MissRate, miss_rate_at
-from voz.recognition.recognizer import Recognizer, confidence_model
+from voz.recognition.confidence import MissRate, miss_rate_at
+from voz.recognition.engine import RecognitionEngine, confidence_model
 from voz.run.session import Warn
 from voz.settings import Recognition
 
@@ -13,12 +13,14 @@ from voz.settings import Recognition
 class FalseAlarmSetting:
     """Sets `false_alarms_per_hour` of a recognizer for the run. Event-loop thread only."""
 
-    def __init__(self, recognizer: Recognizer, settings: Recognition, warn: Warn) -> None:
+    def __init__(self, recognizer: RecognitionEngine, settings: Recognition, warn: Warn) -> None:
         """Begin with the value of the settings; `warn` reports each change."""
         self._recognizer = recognizer
         self._settings = settings
         self._warn = warn
-        self._first = settings.false_alarms_per_hour or confidence_model(recognizer).usual_alarms
+        self._first = (
+            settings.false_alarms_per_hour or confidence_model(recognizer).default_alarm_rate
+        )
         self.alarms = self._first
 
     @property
@@ -52,7 +54,7 @@ class FalseAlarmSetting:
             lowest, highest = self._costs[0].alarms, self._costs[-1].alarms
             raise ConfigError(f"choose false alarms per hour from {lowest:g} to {highest:g}")
         if alarms != self.alarms:
-            self._recognizer.accept_by(alarms)
+            self._recognizer.set_false_alarm_rate(alarms)
             self.alarms = alarms
             self._warn(f"false_alarms_per_hour is {alarms:g} from now on, for this run", good=True)
 

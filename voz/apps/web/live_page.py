@@ -124,7 +124,7 @@ class LivePage:
         hearing = _WatchedHearing(parts.hearing)
         registry = PageRegistry(
             CommandBridge(self._inbox, self._clock.now, self._commands),
-            EventHistory(parts.recognizer.needed),
+            EventHistory(parts.recognizer.threshold_of),
             self._driver_lock,
             warn=self._warn,
             microphone=self._microphone,

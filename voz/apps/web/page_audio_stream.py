@@ -97,7 +97,7 @@ class PageAudioStream:
             self._next = None
             self._microphone.begin_stream(self._rate, message.held)
         elif isinstance(message, Finish):
-            self._microphone.end_stream(whole=True)
+            self._microphone.end_stream(complete=True)
 
     def take_block(self, data: bytes) -> float | None:
         """Take a block of sound; raises ValueError if it is invalid, or there are too many.

@@ -226,7 +226,7 @@ class PageRegistry:
         if not self._driver_lock.acquire(page.number, take_over, self._now()):
             return False
         if self.microphone:
-            self.microphone.end_stream(whole=False)
+            self.microphone.end_stream(complete=False)
         if before is not None or just_released:
             self._bridge.halt()
         if replaced:

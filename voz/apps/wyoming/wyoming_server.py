@@ -17,14 +17,14 @@ from wyoming.event import Event
 from wyoming.info import AsrModel, AsrProgram, Describe, Info
 
 from voz import __version__
+from voz.api.listener import ARRAY, Listener
 from voz.apps.servers.connections import ConnectionGuard
 from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.language_files import read_language_info
-from voz.recognition.listener import Listener
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.engine import RecognitionEngine, open_stream
 
 MAX_REQUEST_TIME = 120.0
 """The longest sound of one request, s; a command takes two."""
@@ -69,7 +69,7 @@ class RequestHandler(Connection):
 
     def __init__(
         self,
-        recognizer: Recognizer,
+        recognizer: RecognitionEngine,
         info: Info,
         language: str,
         guard: ConnectionGuard,
@@ -109,7 +109,8 @@ class RequestHandler(Connection):
         if chunk.width != BYTES_PER_SAMPLE or not 1 <= chunk.channels <= MAX_REQUEST_CHANNELS:
             raise AudioError("send samples of 16 bits, of 1 to 8 channels")
         if self._listener is None:
-            self._listener, self._format = self._recognizer.listen(chunk.rate), sound_format
+            self._listener = Listener(open_stream(self._recognizer, ARRAY), chunk.rate)
+            self._format = sound_format
         if self._format != sound_format or len(chunk.audio) % (BYTES_PER_SAMPLE * chunk.channels):
             raise AudioError("send all chunks of a request in one format")
         sound = np.frombuffer(chunk.audio, "<i2").reshape(-1, chunk.channels)
@@ -132,7 +133,7 @@ class RequestHandler(Connection):
 
 def serve(
     uri: str,
-    recognizer: Recognizer,
+    recognizer: RecognitionEngine,
     commands: Sequence[str],
     ready: Callable[[], None],
     announce: bool,

@@ -21,8 +21,7 @@ from voz.files import (
     sha256,
     shown_path,
 )
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.mllr import is_transforms
+from voz.recognition.speaker.adaptation import StartVector, is_transforms
 from voz.records import CheckedRecord
 
 USUAL_PROFILE = "default"

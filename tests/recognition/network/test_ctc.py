@@ -1,0 +1,142 @@
+"""Where a sentence fits best: compared with trying every beginning, end and way to spread it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import chain, combinations_with_replacement, groupby, product
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from voz.recognition.network.ctc import Floats, align, best_matches, lattice
+
+BLANK = 2
+SYMBOLS = 3
+
+Sentence = list[list[list[int]]]
+
+WAYS = st.lists(
+    st.lists(st.integers(0, 1), min_size=1, max_size=3), min_size=1, max_size=2, unique_by=tuple
+)
+SENTENCES = st.lists(st.lists(WAYS, min_size=1, max_size=3), min_size=1, max_size=4)
+
+
+def made_up(moments: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    """What was heard, and what it costs to begin and to end at each moment."""
+    random = np.random.default_rng(seed)
+    chance = random.random((moments, SYMBOLS)) + 0.01
+    log_ratios = np.log(chance / chance.max(axis=1, keepdims=True))
+    return log_ratios, random.uniform(0, 3, moments), random.uniform(0, 3, moments)
+
+
+def paths(sentence: Sentence, moments: int) -> Iterator[tuple[int, ...]]:
+    """All that sounds like the sentence, from its first symbol to its last."""
+    said = [list(chain(*ways)) for ways in product(*sentence)]
+    for path in product(range(SYMBOLS), repeat=moments):
+        heard = [symbol for symbol, _ in groupby(path) if symbol != BLANK]
+        if heard in said and BLANK not in (path[0], path[-1]):
+            yield path
+
+
+def tried(heard: tuple[Floats, Floats, Floats], sentence: Sentence) -> dict[tuple[int, int], float]:
+    """The score of the best path from each moment to each that follows, where there is one."""
+    log_ratios, before, behind = heard
+    found: dict[tuple[int, int], float] = {}
+    for begin, end in combinations_with_replacement(range(len(log_ratios)), 2):
+        stretch = log_ratios[begin : end + 1]
+        for path in paths(sentence, len(stretch)):
+            score = sum(row[symbol] for row, symbol in zip(stretch, path, strict=True))
+            score -= before[begin] + behind[end]
+            found[begin, end] = max(score, found.get((begin, end), -math.inf))
+    return found
+
+
+@given(SENTENCES, st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_it_is_the_best_of_all_paths_and_lies_where_it_says(
+    sentences: list[Sentence], moments: int, seed: int
+) -> None:
+    heard = made_up(moments, seed)
+    found = best_matches(*heard, lattice(sentences, BLANK))
+    for sentence, score, begin, end in zip(sentences, *found, strict=True):
+        scores = tried(heard, sentence)
+        assert score == pytest.approx(max(scores.values(), default=-math.inf))
+        if scores:
+            assert scores[begin, end] == pytest.approx(score)
+
+
+def best_path(
+    heard: tuple[Floats, Floats, Floats], sentence: Sentence
+) -> tuple[int, tuple[int, ...]] | None:
+    """Where the best of all paths of a sentence begins, and the path; None if there is none."""
+    log_ratios, before, behind = heard
+    found = [
+        (
+            sum(row[symbol] for row, symbol in zip(log_ratios[begin:], path, strict=False)),
+            begin,
+            path,
+        )
+        for begin in range(len(log_ratios))
+        for length in range(1, len(log_ratios) - begin + 1)
+        for path in paths(sentence, length)
+    ]
+    costs = [before[begin] + behind[begin + len(path) - 1] for _, begin, path in found]
+    scores = [score - cost for (score, *_), cost in zip(found, costs, strict=True)]
+    return found[int(np.argmax(scores))][1:] if found else None
+
+
+@given(st.lists(WAYS, min_size=1, max_size=3), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_each_word_is_where_the_best_of_all_paths_has_it(
+    sentence: Sentence, moments: int, seed: int
+) -> None:
+    heard = made_up(moments, seed)
+    best = best_path(heard, sentence)
+    assume(best is not None)
+    assert best
+    begin, path = best
+    places = align(*heard, lattice([sentence], BLANK))
+    assert (places[0][0], places[-1][1]) == (begin, begin + len(path) - 1)
+    rest = begin
+    for (first, last), ways in zip(places, sentence, strict=True):
+        said = path[first - begin : last - begin + 1]
+        assert [symbol for symbol, _ in groupby(said) if symbol != BLANK] in ways
+        assert BLANK not in (said[0], said[-1])
+        assert {*path[rest - begin : first - begin]} <= {BLANK}
+        rest = last + 1
+
+
+def found_in(heard: tuple[Floats, Floats, Floats], sentence: Sentence) -> tuple[float, int, int]:
+    """The score of a sentence, and its first and last moment."""
+    (score,), (begin,), (end,) = best_matches(*heard, lattice([sentence], BLANK))
+    return float(score), int(begin), int(end)
+
+
+def silence_around(word: list[int], at: int, moments: int) -> Floats:
+    """Nothing but the blank is heard, and a word once, a moment for each symbol."""
+    log_ratios = np.full((moments, SYMBOLS), -20.0)
+    log_ratios[:, BLANK] = 0
+    for place, symbol in enumerate(word):
+        log_ratios[at + place] = np.where(np.arange(SYMBOLS) == symbol, 0.0, -20.0)
+    return log_ratios
+
+
+@pytest.mark.parametrize("at", [0, 1234, 4997])
+def test_a_word_is_found_wherever_it_is_in_a_long_stream(at: int) -> None:
+    nothing = np.zeros(5000)
+    heard = silence_around([0, 1, 0], at, 5000), nothing, nothing
+    assert found_in(heard, [[[0, 1, 0]]]) == (0, at, at + 2)
+    score, *_ = found_in(heard, [[[1, 0, 1]]])
+    assert score == -20
+
+
+def test_what_it_costs_to_begin_and_end_is_weighed_against_the_sound() -> None:
+    log_ratios, nothing = silence_around([0], 2, 4), np.zeros(4)
+    for cost, best, begins in ((5.0, -5, {2}), (50.0, -20, {0, 1})):
+        late = np.array([0, 0, cost, cost])
+        score, begin, _ = found_in((log_ratios, late, nothing), [[[0]]])
+        assert (score, begin in begins) == (best, True)
+    early = np.array([50.0, 50, 50, 0])
+    score, _, end = found_in((log_ratios, nothing, early), [[[0]]])
+    assert (score, end) == (-20, 3)

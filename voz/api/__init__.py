@@ -1,0 +1,1 @@
+"""What `import voz` shows: a recognizer, its microphone, a controller."""

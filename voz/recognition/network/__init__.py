@@ -1,0 +1,1 @@
+"""The phoneme network: weights, likelihoods, CTC, scores, sentence search."""

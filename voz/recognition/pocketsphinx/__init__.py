@@ -1,0 +1,1 @@
+"""pocketsphinx: the decoder, evidence for commands, keyphrases."""

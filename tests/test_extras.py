@@ -60,7 +60,7 @@ def test_a_command_without_its_library_is_one_line(
 
 
 def test_what_is_no_clone_says_that_one_is_needed(tmp_path: Path) -> None:
-    (tmp_path / "errors.py").write_bytes((ROOT / "voz" / "errors.py").read_bytes())
+    (tmp_path / "extras.py").write_bytes((ROOT / "voz" / "extras.py").read_bytes())
     program = "from extras import how_to_install; print(how_to_install('bags'))"
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True

@@ -81,7 +81,7 @@ WATCHDOG = frozenset(
 TARGETS = [
     *(Target(f"voz/control/{name}.py", own_first(name)) for name in MODULES),
     Target("voz/run/dispatcher.py", ("tests/run/test_dispatcher.py",)),
-    Target("voz/run/watch.py", ("tests/run/test_watch.py",)),
+    Target("voz/run/session.py", ("tests/run/test_session.py", "tests/run/test_clocks.py")),
     Target("voz/inbox.py", ("tests/test_inbox.py",)),
     Target("voz/robot/child.py", ("tests/robot/test_child.py",), WATCHDOG),
     Target("voz/apps/web/driver_lock.py", LOCK),

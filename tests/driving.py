@@ -12,9 +12,11 @@ from voz.config import Config, default_commands
 from voz.control.table import DEFAULT_STATE
 from voz.events import Receiver
 from voz.language.sentences.command_set import plain_commands
-from voz.run.offline import Source, run_paced, run_unpaced
-from voz.run.session import OpenRobots
+from voz.run.clocks import Source
+from voz.run.parts import by_items
+from voz.run.session import Session
 from voz.run.sources import recorded_items, typed_items
+from voz.run.spec import Part, RunSpec
 from voz.settings import Safety, Speech
 
 COMMANDS = tuple(default_commands().sets[DEFAULT_STATE])
@@ -32,12 +34,23 @@ def play(
 ) -> None:
     """Drive by a source; `lost` tells of robots, by their names, why they are lost."""
 
-    @contextmanager
-    def opened(_tell: object) -> Iterator[OpenRobots]:
-        yield OpenRobots(list(receivers), lost)
-
     settings = Config(safety=safety or Safety(), speech=Speech(enabled=False))
-    (run_paced if paced else run_unpaced)(source, settings, listening, opened)
+    robots = robots_part(*receivers, **lost)
+    spec = RunSpec(settings=settings, listening=listening, outputs=[robots])
+    Session(by_items(spec, source, in_real_time=paced)).run()
+
+
+def robots_part(*receivers: Receiver, **lost: Callable[[], str | None]) -> Part:
+    """Robots that are receivers; `lost` tells of them, by their names, why they are lost."""
+
+    @contextmanager
+    def connect(session: Session) -> Iterator[None]:
+        session.receivers += receivers
+        for name, trouble in lost.items():
+            session.watch(name, trouble)
+        yield
+
+    return connect
 
 
 def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:

@@ -153,3 +153,23 @@ def test_signals_may_put_messages_in_the_midst_of_any_call() -> None:
     halts = [one for one in all_of(inbox) if one == Halt()]
     assert len(halts) < 300  # most were taken at once
     assert taken >= 300
+
+
+def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:
+    """What is told of a flood: by the time of each look (s), what was dropped so far."""
+    inbox, told = Inbox(set()), []
+    for t, inbox.dropped in dropped.items():
+        told.append((t, inbox.flood_report(t)))
+    return [(t, text) for t, text in told if text]
+
+
+def test_a_flood_is_one_line_when_it_is_over() -> None:
+    looks = {20 + t / 10: min(max(t - 3, 0), 4) * 100 for t in range(100)}
+    assert flood_lines(looks) == [(20.8, "400 messages came too fast and were dropped")]
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_flood_without_an_end_is_a_line_now_and_then(first: int) -> None:
+    lines = flood_lines({t / 10: t * 100 for t in range(first, 160)})
+    assert [t for t, _ in lines] == [5.0, 10.0, 15.0]
+    assert lines[1][1] == "5000 messages came too fast and were dropped"

@@ -14,6 +14,9 @@ from voz.control.messages import Message, may_be_dropped, overtakes, too_late
 MAX_QUEUED_MESSAGES = 64
 """Limit for messages that stop, and for others; nobody says so much in 0.1 s."""
 
+FLOOD_WARNING_INTERVAL = 5.0
+"""While messages are dropped, a warning says so once in this time, s."""
+
 
 class Inbox:
     """Messages to the control loop; `put` never waits, and signal handlers may call it.
@@ -36,6 +39,9 @@ class Inbox:
         self._arrived.acquire()
         self._newest_stop = 0
         self.dropped = 0
+        self._seen = self._reported = 0  # dropped messages
+        self._reported_at = -FLOOD_WARNING_INTERVAL
+        self._since = 0.0  # when the first was dropped that was not reported, s
 
     def put(self, message: Message) -> None:
         """Add a message; if too many wait, it is dropped and counted."""
@@ -72,3 +78,16 @@ class Inbox:
     def is_empty(self) -> bool:
         """Whether all messages were taken."""
         return not self._urgent and not self._usual
+
+    def flood_report(self, now: float) -> str:
+        """Say how many messages were dropped, at the end of a flood or every 5 s; `now` in s."""
+        ended, self._seen = self.dropped == self._seen, self.dropped
+        dropped = self._seen - self._reported
+        if not dropped:
+            self._since = now
+        elif now - self._reported_at >= FLOOD_WARNING_INTERVAL and (
+            ended or now - self._since >= FLOOD_WARNING_INTERVAL
+        ):
+            self._reported, self._reported_at = self._seen, now
+            return f"{dropped} messages came too fast and were dropped"
+        return ""

@@ -213,7 +213,7 @@ def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typ
     begun = time.monotonic()
     clocked = voz(*arguments, "--realtime")
     assert time.monotonic() - begun > 0.4
-    # How many beats a busy machine has time for is not its matter: tests/run/test_paced.py.
+    # How many beats a busy machine has time for is not its matter: tests/run/test_clocks.py.
     offline = voz(*arguments)
     assert said(clocked) == said(offline)
     assert changes(clocked) == changes(offline) == [(0.1, 0), (0, 0)]

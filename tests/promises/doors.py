@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+from driving import robots_part
 from promises.fake_time import BEGIN, SteppedInbox, Timeline, fake_time
 from promises.live import FLOOD, NONSENSE, Live
 from promises.page import Browser
@@ -28,11 +29,11 @@ from voz.audio import SAMPLE_RATE
 from voz.control.messages import End
 from voz.events import Utterance
 from voz.language.sentences.command_set import plain_commands
-from voz.run.beat import BEATS_PER_SECOND
-from voz.run.clocks import WallClock
-from voz.run.offline import Source, run_unpaced
-from voz.run.session import OpenRobots, new_session
+from voz.run.clocks import BEATS_PER_SECOND, Source
+from voz.run.parts import by_items
+from voz.run.session import Session
 from voz.run.sources import BagContent, BagSentence, bag_items, typed_items
+from voz.run.spec import RunSpec
 from voz.run.text_commands import TextCommands
 from voz.terminal.keyboard import TypedLine
 
@@ -176,14 +177,10 @@ class Bag:
 
     def _run(self, given: Given, source: Source) -> Outcome:
         outcome = Outcome()
-        robots = OpenRobots(given.receivers(outcome), {})
-
-        @contextmanager
-        def opened(_: object) -> Iterator[OpenRobots]:
-            yield robots
-
+        robots = robots_part(*given.receivers(outcome))
+        spec = RunSpec(settings=given.settings, listening=given.listening, outputs=[robots])
         try:
-            run_unpaced(source, given.settings, given.listening, opened)
+            Session(by_items(spec, source, in_real_time=False)).run()
         except BrokenPipeError as error:
             outcome.error = error
         return outcome
@@ -362,7 +359,7 @@ class Iterated:
             timeline.at(do.at, partial(do_now, do))
         timeline.at(seconds, lambda: put(None))
         timeline.each.append(hear)
-        with fake_time(timeline), mock.patch("voz.api.controller.Inbox", return_value=inbox):
+        with fake_time(timeline), mock.patch("voz.run.session.Inbox", return_value=inbox):
             controller = voz.Controller(
                 given.receivers(outcome), given.safety, given.listening, commands=COMMANDS
             )
@@ -395,10 +392,11 @@ class Ros1:
         outcome, timeline = Outcome(), Timeline()
         inbox = SteppedInbox(timeline, given.table.halts)
         self._lost = None
-        with fake_time(timeline):
-            clock = WallClock(inbox)
+
+        @contextmanager
+        def connect(session: Session) -> Iterator[None]:
             commands = plain_commands(LIST)
-            texts = TextCommands(lambda: commands, inbox, clock.now)
+            texts = TextCommands(lambda: commands, session.inbox, session.clock.now)
             done = {
                 "lose": lambda _: setattr(self, "_lost", "it is gone"),
                 "find": lambda _: setattr(self, "_lost", None),
@@ -409,11 +407,19 @@ class Ros1:
             for do in script:
                 timeline.at(do.at, partial(done.get(do.what, lambda _: None), do.text))
             timeline.at(seconds, lambda: inbox.put(End()))
-            session = new_session(given.settings, clock, given.listening)
-            session.add_robots(OpenRobots(given.receivers(outcome), {}))
             session.watch_input(self)
+            yield
+
+        spec = RunSpec(
+            settings=given.settings,
+            listening=given.listening,
+            inbox=inbox,
+            outputs=[robots_part(*given.receivers(outcome))],
+            parts=[connect],
+        )
+        with fake_time(timeline):
             try:
-                session.run_in_real_time(inbox)
+                Session(spec).run()
             except BrokenPipeError as error:
                 outcome.error = error
         return outcome

@@ -1,13 +1,15 @@
-"""The doors of a live run: `run_live` itself in a stepped time, and who commands it by each."""
+"""The doors of a live run: a session in a stepped time, and who commands it by each."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from typing import Any
 from unittest import mock
 
+from driving import robots_part
 from promises.fake_time import SteppedInbox, Timeline, fake_time
 from promises.page import Browser, FollowedMicrophone, Server
 from promises.run import ROS2_SOURCE, Do, Given, Outcome, recognizer_for
@@ -21,8 +23,9 @@ from voz.apps.wyoming.command_handler import CommandHandler
 from voz.apps.wyoming.robot_service import RobotService
 from voz.control.messages import End, Halt, Rehearsal, Renewal
 from voz.hearing.microphone_thread import SoundSource
-from voz.run.live import LiveOptions, TakeText, run_live
-from voz.run.session import OpenRobots
+from voz.run.live import TakeText, drive_live
+from voz.run.session import Session
+from voz.run.spec import RunSpec
 
 NONSENSE = "what is all this nonsense here"
 
@@ -78,17 +81,25 @@ class Live:
         self.timeline.at(seconds, self._end)
         self.timeline.each += [self._step]
         opened: Any = lambda: nullcontext(self._device)  # noqa: E731
-        options = LiveOptions(
+        drive = partial(
+            drive_live,
+            recognizer=recognizer,
             sound=SoundSource(opened),
-            listening=given.listening,
             other_recognizer=self._other_recognizer,
             page=self._page,
             service=self._service,
         )
-        robots = OpenRobots(given.receivers(self.outcome), {"wheels": lambda: self.unreachable})
+        robots = robots_part(*given.receivers(self.outcome), wheels=lambda: self.unreachable)
+        spec = RunSpec(
+            settings=given.settings,
+            listening=given.listening,
+            inbox=self.inbox,
+            outputs=[robots],
+            parts=[drive],
+        )
         with fake_time(self.timeline):
             try:
-                run_live(given.settings, recognizer, self.inbox, robots, options)
+                Session(spec).run()
             except BaseException as error:
                 self.outcome.error = error
             finally:
@@ -162,22 +173,25 @@ class Live:
         if self._followed:
             self._followed.over = True
 
-    def _page(self, inbox: Any, clock: Any) -> LivePage:
+    def _page(self, session: Session) -> LivePage:
         commands = recognizer_for(self.given.name, self.given.ask).commands
         address: Any = self.server
         with mock.patch("voz.apps.web.live_page.BrowserMicrophone", self._follow):
             return LivePage(
-                address, inbox, clock, lambda: commands, picture=DeadReckoningPicture(),
-                browser_listens=self._browser_listens, now=lambda: self.timeline.now,
+                address, session.inbox, session.clock, lambda: commands,
+                picture=DeadReckoningPicture(), browser_listens=self._browser_listens,
+                now=lambda: self.timeline.now,
             )  # fmt: skip
 
     def _follow(self, warn: Callable[[str], None]) -> FollowedMicrophone:
         self._followed = FollowedMicrophone(warn)
         return self._followed
 
-    def _service(self, inbox: Any, clock: Any, page_drives: Callable[[], bool]) -> Service:
+    def _service(self, session: Session, page_drives: Callable[[], bool]) -> Service:
         commands = recognizer_for(self.given.name, self.given.ask).commands
-        self.service = Service("unix:///", lambda: commands, "en", inbox, clock, page_drives)
+        self.service = Service(
+            "unix:///", lambda: commands, "en", session.inbox, session.clock, page_drives
+        )
         return self.service
 
     @contextmanager

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from threading import Thread
 from typing import Any
 
@@ -25,10 +26,12 @@ from voz.inbox import Inbox
 from voz.records import check_callable, check_iterable, check_type
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
-from voz.run.clocks import WallClock
+from voz.run.clocks import Clock
 from voz.run.command_check import begins_listening, check_list
 from voz.run.dispatcher import Dispatcher, check_time, is_time
-from voz.run.session import Session, answer_receiver
+from voz.run.parts import answer_receiver
+from voz.run.session import Session
+from voz.run.spec import RunSpec
 from voz.settings import Safety
 
 _log = logging.getLogger("voz")
@@ -165,25 +168,30 @@ class RobotController(Dispatcher):
         check_iterable(heard, "heard")
         if self._robot and not self.receivers:
             raise ConfigError("the robot is not open; use `with voz.Controller(...)`")
-        inbox = Inbox(self.state.rules.table.halts)
-        clock = WallClock(inbox)
-        session = Session(clock, self)
-        if self._robot:
-            session.watch({ROBOT: self._lost})
-        with ExitStack() as parts:
-            if isinstance(heard, MicrophoneUtterances):
-                session.watch_input(parts.enter_context(self._hearing(heard, inbox, clock)))
-                answers = answer_receiver(heard.recognizer)
-                session.receivers.append(answers)
-                parts.callback(session.receivers.remove, answers)
-            else:
-                Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
-            try:
-                session.run_in_real_time(inbox)
-            finally:
-                self._now = clock.now()
+        session = Session(RunSpec(controller=self, parts=[partial(self._connect, heard=heard)]))
+        try:
+            session.run()
+        finally:
+            self._now = session.clock.now()
 
-    def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: WallClock) -> Hearing:
+    @contextmanager
+    def _connect(
+        self, session: Session, heard: MicrophoneUtterances | Iterable[Utterance | Partial]
+    ) -> Iterator[None]:
+        """Let a run hear, and watch the robot."""
+        inbox, clock = session.inbox, session.clock
+        if self._robot:
+            session.watch(ROBOT, self._lost)
+        if isinstance(heard, MicrophoneUtterances):
+            with self._hearing(heard, inbox, clock) as hearing:
+                session.watch_input(hearing)
+                session.receivers.append(answer_receiver(heard.recognizer))
+                yield
+        else:
+            Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
+            yield
+
+    def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: Clock) -> Hearing:
         heard.close()  # it is opened again after each loss
         recognizer = heard.recognizer
         self.state = change_rules(self.state, name=recognizer.name, ask=recognizer.ask)
@@ -221,7 +229,7 @@ def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:
         raise ConfigError(f"commands: {error}", "docs/actions.md lists the steps") from error
 
 
-def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: WallClock) -> None:
+def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: Clock) -> None:
     """Put what is heard into an inbox, in the time of the run, and its end."""
     try:
         for event in heard:

@@ -3,41 +3,52 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
+from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 import typer
 
 from voz.cli.options import with_options
-from voz.cli.run_options import RunOptions
-from voz.cli.run_page import NO_DEVICE, chosen_microphone, page_of, page_site
-from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
-from voz.cli.run_service import check_service, service_of
+from voz.cli.run_options import RunOptions, require_page
 from voz.cli.text_io import info, open_text, warn
-from voz.errors import CommandsError, ConfigError
+from voz.errors import AudioError, CommandsError, ConfigError
+from voz.files import data_folder
 from voz.process.signals import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
+    from voz.apps.web.page_address import PageAddress
     from voz.config import Config
-    from voz.events import Receiver
     from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
     from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import Profile
-    from voz.run.command_reload import SettingsFile
-    from voz.run.live import OtherRecognizer
-    from voz.run.offline import Source
-    from voz.run.session import OpenRobots
+    from voz.run.clocks import Source
+    from voz.run.live import CommandService, OtherRecognizer, Page
+    from voz.run.robots import RunRobots
+    from voz.run.session import Session
+    from voz.run.spec import Part
     from voz.settings import Ros2
     from voz.terminal.live_terminal import LiveTerminal
 
     RecognizerAt: TypeAlias = Callable[[str], AbstractContextManager[RecognitionEngine]]
     """Loads the recognizer, by the place where it hears: a microphone, or recordings."""
+
+BROWSER_DEVICE = "browser"
+"""The name of the microphone of the operator's page, for `--device`."""
+
+NO_DEVICE = "none"
+"""For `--device` where only other programs drive, by `--wyoming`."""
+
+NO_MICROPHONE_ADVICE = (
+    ", or use `--web` to speak into a browser, `--text -` to type commands, "
+    "or `--wav FILE` for recordings"
+)
+"""What to do besides connecting a microphone, where there is none."""
 
 
 @with_options
@@ -52,31 +63,43 @@ def run(options: RunOptions) -> None:
     """
     from voz.language.language_files import list_name, read_commands
     from voz.process.standard_streams import quiet_libraries, unblocked_output
+    from voz.robot.factory import need_real_time, robot_names
+    from voz.run.command_check import mismatches
+    from voz.run.parts import by_items
+    from voz.run.robots import CONSOLE, SIMULATOR
+    from voz.run.session import Session
+    from voz.run.spec import RunSpec
 
     options.check()
     settings = options.settings()
     options.check_outputs(settings)
-    check_service(options, settings)
+    options.check_service(settings)
     unreadable: list[str] = []
-    with ExitStack() as parts:
-        parts.enter_context(quiet_libraries())
-        if _has_a_clock(options, settings):
-            parts.enter_context(unblocked_output())
-        plan = _plan(options, settings)
+    with ExitStack() as opened:
+        opened.enter_context(quiet_libraries())
+        names = robot_names(settings.robot)
+        in_real_time = options.live or options.realtime or need_real_time(names)
+        if in_real_time:
+            opened.enter_context(unblocked_output())
+        robots = _robots(options, names)
         _renew_language(settings)
         language = options.language(settings)
         commands = read_commands(language)
-        options.listening = _listening(options, settings, commands, list_name(language))
-        _report_commands_without_effect(commands, settings, plan)
-        _report_unknown_commands(commands, settings)
-        recognizer_at = partial(_recognizer, options, settings, language)
-        if options.live:
-            _run_live(options, settings, plan, recognizer_at, parts)
-            return
-        source, receivers = _source(
-            options, commands, settings.table.halts, recognizer_at, parts, unreadable
+        spec = RunSpec(
+            settings=settings,
+            listening=_listening(options, settings, commands, list_name(language)),
+            outputs=_outputs(options, robots),
         )
-        _run_by_files(options, settings, plan, source, receivers)
+        for line in mismatches(commands, settings, not {CONSOLE, SIMULATOR}.issuperset(names)):
+            info(line)
+        load = partial(_recognizer, options, settings, language)
+        if options.live:
+            live = _live(options, settings, robots.terminal, load, opened)
+            spec = replace(spec, parts=[live])
+        else:
+            source, parts = _source(options, settings, commands, load, opened, unreadable)
+            spec = by_items(spec, source, parts, in_real_time=in_real_time)
+        Session(spec).run()
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 
@@ -104,183 +127,191 @@ def _renew_language(settings: Config) -> None:
         warn(f"{error}; the commands of before stay")
 
 
-def _report_commands_without_effect(commands: Commands, settings: Config, plan: RobotPlan) -> None:
-    """Report commands that are not in the table; robots of others may act on them."""
-    from voz.run.command_check import commands_without_effect
-
-    names = commands_without_effect(commands, settings.table)
-    if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
-        return
-    info(f"no line of [commands] in voz.toml says what to do at {_quote_names(names)}")
-
-
-def _report_unknown_commands(commands: Commands, settings: Config) -> None:
-    from voz.run.command_check import accented_form, missing_commands
-
-    own = (settings.commands, *settings.states.values())
-    missed = [
-        name
-        for name in settings.recognition.never_missed
-        if name not in settings.table.stops and commands.parse(name) is None
-    ]
-    names = missing_commands(commands, [*(name for table in own for name in table), *missed])
-    accented = {name: other for name in names if (other := accented_form(commands, name))}
-    for name, other in accented.items():
-        info(f'[commands] has "{name}" and the list "{other}": write both with the same accents')
-    if names := [name for name in names if name not in accented]:
-        quoted = _quote_names(names)
-        info(f"no line of the list of commands is {quoted}: add it, and run `voz build-lm`")
-
-
-def _quote_names(names: Sequence[str]) -> str:
-    shown = " or ".join(f'"{name}"' for name in names[:2])
-    return shown + (f" or {len(names) - 2} more" if len(names) > 2 else "")
-
-
-def _has_a_clock(options: RunOptions, settings: Config) -> bool:
-    from voz.robot.factory import need_real_time, robot_names
-
-    return options.live or options.realtime or need_real_time(robot_names(settings.robot))
-
-
-def _plan(options: RunOptions, settings: Config) -> RobotPlan:
+def _robots(options: RunOptions, names: list[str]) -> RunRobots:
     """Choose the robots; refuses, before the run, what cannot be written after it."""
-    from voz.robot.factory import robot_names
+    from voz.run.robots import RunRobots
 
     stream = sys.stderr if options.events == "-" else sys.stdout
-    plan = RobotPlan(
-        robot_names(settings.robot),
-        options.live,
-        _has_a_clock(options, settings),
-        options.watchdog,
-        stream,
-        _terminal(stream),
-        options.picture,
-        options.animation,
-        options.verbose,
+    robots = RunRobots(
+        names=names,
+        live=options.live,
+        stream=stream,
+        terminal=_terminal(stream),
+        watchdog=options.watchdog,
+        picture=options.picture,
+        animation=options.animation,
+        verbose=options.verbose,
+        info=info,
+        warn=warn,
     )
-    plan.check()
+    robots.check()
     if options.bag:
         from voz.apps.recordings.bags import check_bag
 
         check_bag(options.bag)
-    return plan
+    return robots
 
 
-def _run_live(
-    options: RunOptions,
-    settings: Config,
-    plan: RobotPlan,
-    recognizer_at: RecognizerAt,
-    parts: ExitStack,
-) -> None:
-    from voz.hearing.microphone_thread import no_sound
-    from voz.inbox import Inbox
-    from voz.run.live import LiveOptions, run_live
+def _terminal(stream: TextIO) -> LiveTerminal | None:
+    if not stream.isatty():
+        return None
+    from rich.console import Console
 
-    microphone = chosen_microphone(options)
-    site = parts.enter_context(page_site(options)) if options.web else None
-    recognizer = parts.enter_context(recognizer_at(microphone or "browser"))
-    inbox = Inbox(settings.table.halts)
-    robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
-    live = LiveOptions(
-        device=options.device,
-        settings_file=_settings_file(options),
-        sound=no_sound() if microphone == NO_DEVICE else None,
-        listening=options.listening,
-        terminal=plan.terminal,
-        announce=info,
-        record=partial(_recorder, options.record, settings) if options.record else None,
-        other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
-        page=page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
-        service=service_of(options, recognizer),
-    )
-    run_live(settings, recognizer, inbox, robots, live)
+    from voz.terminal.live_terminal import LiveTerminal
+
+    return LiveTerminal(Console(file=stream))
 
 
-def _settings_file(options: RunOptions) -> SettingsFile | None:
-    from voz.run.command_reload import SettingsFile
+def _outputs(options: RunOptions, robots: RunRobots) -> list[Part]:
+    """List what gets the events; a file that cannot be written is known before a robot is open."""
+    from voz.cli.text_io import event_log
+    from voz.run.parts import write_events
 
-    path = options.settings_file
-    return SettingsFile(path, options.settings) if path else None
+    outputs: list[Part] = [robots.open]
+    if options.events:
+        log = event_log(options.events)
+        outputs.insert(0, partial(write_events, name=options.events, opening=log))
+    if options.bag:
+        from voz.apps.recordings.bags import write_bag
 
-
-def _run_by_files(
-    options: RunOptions,
-    settings: Config,
-    plan: RobotPlan,
-    source: Source,
-    receivers: list[Receiver],
-) -> None:
-    from voz.run.offline import run_paced, run_unpaced
-
-    run_source = run_paced if plan.clocked else run_unpaced
-    run_source(
-        source,
-        settings,
-        options.listening,
-        lambda put: _receivers(options, settings, plan, put, receivers),
-    )
+        bag = write_bag(options.bag)
+        outputs.append(partial(write_events, name=str(options.bag), opening=bag))
+    return outputs
 
 
 def _source(
     options: RunOptions,
+    settings: Config,
     commands: Commands,
-    halts: Collection[str],
-    recognizer_at: RecognizerAt,
-    parts: ExitStack,
+    load: RecognizerAt,
+    opened: ExitStack,
     unreadable: list[str],
-) -> tuple[Source, list[Receiver]]:
-    """Open what drives the robot, and what of it gets the events.
+) -> tuple[Source, list[Part]]:
+    """Open what drives the robot, and the parts that it needs.
 
-    `halts` are the commands that leave the robot at rest; `unreadable` gets a line for each
-    unreadable file.
+    `unreadable` gets a line for each unreadable file.
     """
     from voz.run import sources
-    from voz.run.session import answer_receiver
+    from voz.run.parts import hear_answers
 
+    halts = settings.table.halts
     if options.text:
-        lines = open_text(options.text, parts)
+        lines = open_text(options.text, opened)
         return lambda now: sources.typed_items(lines, commands, halts, now), []
     if options.replay:
         from voz.apps.recordings.bags import read_sayings
 
         bag, content = options.replay, read_sayings(options.replay)
         return lambda _: sources.bag_items(bag, content, commands, halts), []
-    recognizer = parts.enter_context(recognizer_at("recordings"))
-    recorded = sources.recorded_items
-    return (
-        lambda _: recorded(options.recordings, recognizer, unreadable),
-        [answer_receiver(recognizer)],
-    )
+    recognizer = opened.enter_context(load("recordings"))
+    recorded = partial(sources.recorded_items, options.recordings, recognizer, unreadable)
+    return lambda _: recorded(), [partial(hear_answers, recognizer=recognizer)]
+
+
+def _chosen_microphone(options: RunOptions) -> str | None:
+    """Find the microphone; None if it is the operator's browser. Raises AudioError.
+
+    Where a robot that other programs drive has none, it is `NO_DEVICE`.
+    """
+    from voz.audio.microphone import choose_microphone
+
+    if options.web and options.device == BROWSER_DEVICE:
+        return None
+    if options.wyoming and options.device == NO_DEVICE:
+        return NO_DEVICE
+    try:
+        return choose_microphone(options.device, NO_MICROPHONE_ADVICE).name
+    except AudioError:
+        if options.web and options.device is None:
+            return None
+        if options.wyoming and options.device is None:
+            info("there is no microphone: only typed commands and Wyoming clients are obeyed")
+            return NO_DEVICE
+        raise
 
 
 @contextmanager
-def _receivers(
+def _page_site(options: RunOptions) -> Iterator[PageAddress]:
+    """Take the page's address for a `with` block, and show it; raises ConfigError."""
+    require_page()
+    from voz.apps.web.page_address import open_page_address, qr_code
+
+    authority = data_folder("certificates") if options.https else None
+    with open_page_address(options.web_host, options.web_port, authority) as site:
+        info(f"operator page: {site.link}")
+        if site.access.needs_token and sys.stderr.isatty():  # else it is a log
+            print(qr_code(site.link), file=sys.stderr, flush=True)
+        yield site
+
+
+def _live(
     options: RunOptions,
     settings: Config,
-    plan: RobotPlan,
-    put: Callable[[Any], None],
-    more: Sequence[Receiver] = (),
-) -> Iterator[OpenRobots]:
-    """Open the robots, and `more` that gets the events; with a clock, each has a queue."""
-    from voz.cli.text_io import event_log
-    from voz.run.queued import QueuedReceiver
+    terminal: LiveTerminal | None,
+    load: RecognizerAt,
+    opened: ExitStack,
+) -> Part:
+    """Open what hears, and say what drives besides."""
+    from voz.hearing.microphone_thread import no_sound, sound_card
+    from voz.run.command_reload import SettingsFile
+    from voz.run.live import drive_live
 
-    def open_file(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
-        return parts.enter_context(QueuedReceiver(name, opening, put) if plan.clocked else opening)
+    microphone = _chosen_microphone(options)
+    site = opened.enter_context(_page_site(options)) if options.web else None
+    recognizer = opened.enter_context(load(microphone or BROWSER_DEVICE))
+    file = options.settings_file
+    return partial(
+        drive_live,
+        recognizer=recognizer,
+        sound=no_sound() if microphone == NO_DEVICE else sound_card(options.device),
+        page=partial(_page, site, recognizer, microphone) if site else None,
+        service=partial(_service, options, recognizer) if options.wyoming else None,
+        other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
+        record=partial(_recorder, options.record, settings) if options.record else None,
+        settings_file=SettingsFile(file, options.settings) if file else None,
+        terminal=terminal,
+        announce=info,
+    )
 
-    with ExitStack() as parts:
-        log = [open_file(options.events, event_log(options.events))] if options.events else []
-        robots = parts.enter_context(open_robots(plan, settings, put))
-        bag = [open_file(str(options.bag), _bag(options.bag))] if options.bag else []
-        yield replace(robots, receivers=[*robots.receivers, *more, *log, *bag])
+
+def _page(
+    site: PageAddress, recognizer: RecognitionEngine, microphone: str | None, session: Session
+) -> Page:
+    """Make the page of a run; the browser is the microphone where there is no other."""
+    from voz.apps.web.live_page import LivePage
+    from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
+
+    view = session.view
+    picture = RoomPicture(view.settings, view.state) if view else DeadReckoningPicture()
+    return LivePage(
+        site,
+        session.inbox,
+        session.clock,
+        lambda: recognizer.commands,
+        picture=picture,
+        browser_listens=microphone is None,
+    )
 
 
-def _bag(path: Path) -> AbstractContextManager[Receiver]:
-    from voz.apps.recordings.bags import write_bag
+def _service(
+    options: RunOptions,
+    recognizer: RecognitionEngine,
+    session: Session,
+    page_drives: Callable[[], bool],
+) -> CommandService:
+    """Make what takes commands of Wyoming clients."""
+    from voz.apps.wyoming.robot_service import RobotService
+    from voz.language.language_files import read_language_info
 
-    return write_bag(path)
+    return RobotService(
+        str(options.wyoming),
+        lambda: recognizer.commands,
+        read_language_info(recognizer.files).code,
+        session.inbox,
+        session.clock,
+        page_drives,
+        announce=options.zeroconf,
+    )
 
 
 def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Recorder:
@@ -295,16 +326,6 @@ def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     return lambda take_text, failed: listen_to_recognizer(
         settings, lambda text: take_text(text, ROS2_SOURCE), failed
     )
-
-
-def _terminal(stream: TextIO) -> LiveTerminal | None:
-    if not stream.isatty():
-        return None
-    from rich.console import Console
-
-    from voz.terminal.live_terminal import LiveTerminal
-
-    return LiveTerminal(Console(file=stream))
 
 
 @contextmanager

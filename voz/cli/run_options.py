@@ -11,13 +11,21 @@ import typer
 from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions, ZeroconfOption
 from voz.config import Config
 from voz.errors import ConfigError
+from voz.extras import require
 from voz.process.setup import LEAST_MEMORY, LIVE_MEMORY
 from voz.robot.kinds import ROBOTS
+
+WEB_PACKAGES = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
 
 LOCAL = "127.0.0.1"
 """Only this computer reaches the page there."""
 
 WebPortOption = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page.")]
+
+
+def require_page() -> None:
+    """Raise ConfigError if a package that a page needs is missing."""
+    require("web", *WEB_PACKAGES)
 
 
 @dataclass
@@ -144,6 +152,15 @@ class RunOptions(RecognizerOptions):
             raise ConfigError("--wyoming is for live runs: leave out --wav, --text and --replay")
         if (self.https or self.web_host != LOCAL) and not self.web:
             raise ConfigError("--web-host and --https are for the operator page: add --web")
+
+    def check_service(self, settings: Config) -> None:
+        """Refuse a service that cannot be, or that drives without safety rules."""
+        if self.wyoming:
+            require("wyoming", "wyoming", "zeroconf")
+            if not settings.safety.enabled:
+                raise ConfigError(
+                    "--wyoming drives a robot that nobody watches: leave the safety rules on"
+                )
 
     def check_outputs(self, settings: Config) -> None:
         """Refuse results that would replace what is read."""

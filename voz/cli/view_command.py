@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import CommonOptions
-from voz.cli.run_options import LOCAL, WebPortOption
-from voz.cli.run_page import check_installed
+from voz.cli.run_options import LOCAL, WebPortOption, require_page
 from voz.cli.text_io import info
 
 
@@ -43,7 +42,7 @@ def view(
 
     Example: voz view drive.jsonl
     """
-    check_installed()
+    require_page()
     from voz.apps.recordings.sessions import read_recordings, read_session
     from voz.apps.web.page_address import open_page_address
     from voz.apps.web.session_page import session_record, show_session

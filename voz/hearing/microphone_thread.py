@@ -343,10 +343,14 @@ POLL_INTERVAL = 0.1
 """How often the thread that listens looks for its end, s."""
 
 
+NO_MICROPHONE = "none"
+"""The name of what stands in place of a microphone, where a robot has none."""
+
+
 class NoMicrophone:
     """An `OpenMicrophone` that hears nothing, and is never lost."""
 
-    name = "none"
+    name = NO_MICROPHONE
     blocks_lost = 0
     complete = addressed = False
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-
-from msgspec.structs import replace
 
 from voz.audio.mixer import Mixer
 from voz.config import Config
@@ -23,16 +21,10 @@ from voz.ros1.node import Ros1Node, load_rospy, watchdog_arguments
 from voz.ros1.parameters import choice, switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
+from voz.run.parts import open_speaker, speaker_receiver, start_programs
 from voz.run.queued import QueuedReceiver
-from voz.run.session import (
-    OpenRobots,
-    SpeechInput,
-    interruption_receivers,
-    new_session,
-    open_programs,
-    open_speaker,
-    speech_receivers,
-)
+from voz.run.session import Session, SpeechInput
+from voz.run.spec import RunSpec
 from voz.settings import Speech
 
 
@@ -65,17 +57,31 @@ def run_node_session(
         "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table, inbox.put),
         "watchdog": RobotProcess(watchdog, load_rospy().loginfo),
     }
-    with ExitStack() as parts:
-        boxes = parts.enter_context(open_mailboxes(robots, lambda line: load_rospy().logwarn(line)))
-        log = parts.enter_context(log_receiver(inbox.put))
-        node.on_shutdown(lambda: inbox.put(End()))
-        programs = parts.enter_context(open_programs(table, inbox, clock, load_rospy().loginfo))
-        receivers = [*(box.receive for box in boxes.values()), *say, log, programs.receive]
-        troubles = {name: box.lost for name, box in boxes.items()}
-        session = new_session(settings, clock, listening or bool(switch("listening")))
-        session.add_robots(OpenRobots(receivers, troubles, robots["ROS"].place))
-        session.watch_input(speech_input)
-        session.run_in_real_time(inbox)
+
+    @contextmanager
+    def connect(session: Session) -> Iterator[None]:
+        with open_mailboxes(robots, lambda line: load_rospy().logwarn(line)) as boxes:
+            for name, box in boxes.items():
+                session.receivers.append(box.receive)
+                session.watch(name, box.lost)
+            session.receivers += say
+            with log_receiver(inbox.put) as log:
+                session.receivers.append(log)
+                session.show = load_rospy().loginfo
+                session.controller.odometry = robots["ROS"].place
+                node.on_shutdown(lambda: inbox.put(End()))
+                session.watch_input(speech_input)
+                yield
+
+    spec = RunSpec(
+        settings=settings,
+        listening=listening or bool(switch("listening")),
+        inbox=inbox,
+        clock=lambda _: clock,
+        outputs=[connect],
+        parts=[start_programs],
+    )
+    Session(spec).run()
 
 
 def log_receiver(tell: Callable[[Notice | End], None]) -> QueuedReceiver:
@@ -107,9 +113,11 @@ def replies(
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])
         return
-    with open_speaker(replace(settings, enabled=sound == "voz"), table.replies, warn) as speaker:
-        receivers = [*interruption_receivers(speaker, table.halts), *speech_receivers(speaker)]
-        yield Replies(receivers, speaker.mixer if speaker else None)
+    if sound == "none":
+        yield Replies([])
+        return
+    with open_speaker(settings, table.replies, warn) as speaker:
+        yield Replies([speaker_receiver(speaker, table.halts)], speaker.mixer)
 
 
 def _replies_on_robotsound(voice: str) -> Receiver:

@@ -15,9 +15,8 @@ from voz.ros1.control_loop import replies, run_node_session
 from voz.ros1.messages import RecognizerStatus, parse_status
 from voz.ros1.node import Ros1Node, run_node, subscribe
 from voz.ros1.parameters import read_settings
-from voz.run.clocks import WallClock
+from voz.run.clocks import WallClock, warner
 from voz.run.command_check import begins_listening, check_list
-from voz.run.session import warner
 from voz.run.text_commands import TextCommands
 
 RECOGNIZER_TIMEOUT = 0.35

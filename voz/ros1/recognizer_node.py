@@ -19,7 +19,6 @@ from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
-from voz.run.session import raise_if_any
 
 TROUBLE_INTERVAL = 0.1
 """How often `~trouble` says that all is well, s."""
@@ -99,7 +98,8 @@ def recognize(node: Ros1Node) -> None:
                     log(Notice(clock.now(), text, good))
                 due = clock.now() + TROUBLE_INTERVAL
             elif isinstance(message, End):
-                raise_if_any(message.error)
+                if message.error:
+                    raise message.error
                 return
             elif not isinstance(message, Halt | Rehearsal | Renewal):
                 _report(message, output, refused, log)

@@ -9,9 +9,9 @@ from voz.ros1.control_loop import replies, run_node_session
 from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
-from voz.run.clocks import WallClock
+from voz.run.clocks import WallClock, warner
 from voz.run.command_check import begins_listening, check_list
-from voz.run.session import answer_receiver, warner
+from voz.run.parts import answer_receiver
 
 
 def run_voz(node: Ros1Node) -> None:

@@ -1,9 +1,16 @@
-"""The clocks of a run, and what arrives by a time: real time, or that of recordings."""
+"""The clocks of a run, and what arrives by a time: real time, or that of recordings.
+
+Recordings and lines have the same events at their own pace as without a clock, if the computer is
+fast enough.
+"""
 
 from __future__ import annotations
 
+import math
+import queue
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Protocol, TypeAlias
 
 from voz.control.messages import End, Message
@@ -13,11 +20,31 @@ from voz.inbox import Inbox
 Item: TypeAlias = Utterance | Partial | Notice | float
 """An event of a recording or a text, or the time that it has reached, s."""
 
+Source: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
+"""Recordings, lines or a bag, given what returns the time of the run, s."""
+
+BEATS_PER_SECOND = 10
+"""How often `cmd_vel` goes out, also while nothing is said."""
+
 START_DELAY = 0.2
 """Between the start and time 0 of a paced run, s: recordings are decoded meanwhile."""
 
 LATE_TOLERANCE = 0.1
 """In a paced run, a beat that is late by less than this, s, counts as on time."""
+
+MAX_ITEMS_AHEAD = 256
+"""Items that are decoded or read before their time."""
+
+HANDOVER_LEAD = 0.02
+"""An item is handed over this long before its time, s: before the beat of that time."""
+
+SOURCE_DIED = End(RuntimeError("the source of commands died"))
+"""A thread that dies ends the run: the next line may be `stop`."""
+
+
+def beats_before(t: float) -> int:
+    """Count the beats before a time of the run, s."""
+    return max(0, math.ceil(round(t * BEATS_PER_SECOND, 6)))
 
 
 def elapsed() -> float:
@@ -130,3 +157,64 @@ class RecordedClock:
 def time_of(item: Item) -> float:
     """Return when an item comes, s."""
     return item if isinstance(item, float) else item.t
+
+
+def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
+    """Put items into an inbox, each at its time, on threads of their own.
+
+    Args:
+        items: in the order of their times; their end, or an error, ends the run.
+        inbox: gets them.
+        clock: the time of the run.
+    """
+    ready: queue.Queue[Item | End] = queue.Queue(MAX_ITEMS_AHEAD)
+    for name, work in (
+        ("voz-ahead", lambda: _read_ahead(items, ready)),
+        ("voz-pace", lambda: _hand_over(ready, inbox, clock)),
+    ):
+        threading.Thread(target=work, name=name, daemon=True).start()
+
+
+def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
+    end = SOURCE_DIED
+    try:
+        for item in items:
+            ready.put(item)
+        end = End()
+    except Exception as error:  # it is raised where the items are awaited
+        end = End(error)
+    finally:
+        ready.put(end)
+
+
+def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) -> None:
+    end = SOURCE_DIED
+    over = 0.0
+    try:
+        while not isinstance(item := ready.get(), End):
+            if isinstance(item, float):
+                over = item
+            else:
+                _wait(item.t, clock)
+                inbox.put(item)
+        _wait(beats_before(over) / BEATS_PER_SECOND, clock)
+        end = item
+    finally:
+        inbox.put(end)
+
+
+def _wait(until: float, clock: PacedClock) -> None:
+    while (left := until - HANDOVER_LEAD - clock.exactly()) > 0:  # its time may stand still
+        time.sleep(left)
+
+
+class Warn(Protocol):
+    """Takes a line for people, and whether it is good news, on any thread."""
+
+    def __call__(self, text: str, good: bool = False) -> None:
+        """Take a line."""
+
+
+def warner(inbox: Inbox, clock: Clock) -> Warn:
+    """Return a function that puts a line into the inbox as a Notice, on any thread."""
+    return lambda text, good=False: inbox.put(Notice(clock.now(), text, good))

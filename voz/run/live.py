@@ -1,42 +1,24 @@
-"""A run by a microphone and the keyboard, with its sources and receivers."""
+"""The parts of a live run: a microphone, typed commands, a page and other programs drive."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import replace
+from typing import Protocol, TypeAlias
 
-from voz.config import Config
 from voz.control.messages import Halt
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
-from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, sound_card
-from voz.inbox import Inbox
+from voz.hearing.microphone_thread import NO_MICROPHONE, Hearing, SoundRecorder, SoundSource
 from voz.recognition.engine import RecognitionEngine
-from voz.run.clocks import Clock, WallClock
 from voz.run.command_reload import CommandReload, SettingsFile
-from voz.run.dispatcher import Dispatcher
-from voz.run.session import (
-    OpenRobots,
-    Session,
-    SpeechInput,
-    answer_receiver,
-    interruption_receivers,
-    new_session,
-    open_programs,
-    open_speaker,
-    speech_receivers,
-    warner,
-)
+from voz.run.parts import hear_answers, speak_replies, start_programs
+from voz.run.session import Session, SpeechInput
 from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
-
-if TYPE_CHECKING:
-    from voz.robot.simulation.room_view import RoomView
 
 PAGE = "the operator's page"
 
@@ -47,6 +29,9 @@ OtherRecognizer: TypeAlias = Callable[
     [TakeText, Callable[[str], None]], AbstractContextManager[None]
 ]
 """Opens another recognizer, given what obeys it, and what takes the reason of its loss."""
+
+RecorderOpener: TypeAlias = Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]]
+"""Opens what keeps what is heard, given what takes its warnings."""
 
 
 class Page(Protocol):
@@ -79,7 +64,7 @@ class Page(Protocol):
     def trouble(self, moving: bool) -> str | None:
         """Return why it does not drive any more, if that matters."""
 
-    def serving(self, parts: RunParts) -> AbstractContextManager[SpeechInput]:
+    def serving(self, session: Session) -> AbstractContextManager[SpeechInput]:
         """Serve it for a `with` block; yields what to watch in place of the microphone."""
 
 
@@ -99,178 +84,109 @@ class CommandService(Protocol):
         """Serve for a `with` block."""
 
 
-CommandServiceMaker: TypeAlias = Callable[[Inbox, Clock, Callable[[], bool]], CommandService]
-"""Makes one, given what returns whether somebody drives from the page."""
-
-
-@dataclass(frozen=True)
-class RunParts:
-    """What a page shows of a run.
-
-    Attributes:
-        mixer: plays what the robot says; None if it is silent.
-        recorder: keeps what is heard; None without `--record`.
-    """
-
-    controller: Dispatcher
-    hearing: Hearing
-    mixer: Playback | None
-    recognizer: RecognitionEngine
-    settings: Config
-    recorder: SoundRecorder | None
-
-
-@dataclass(frozen=True)
-class LiveOptions:
-    """Options of a live run.
-
-    Attributes:
-        device: the microphone's number or a part of its name; None is the default one.
-        sound: what is listened to in place of that.
-        listening: whether commands are obeyed before a `start speech`.
-        terminal: draws the display, if there is somebody to see it.
-        announce: takes the line that says what is listened to, where there is no display.
-        record: opens the recorder of what is heard, given what takes its warnings.
-        other_recognizer: opens another recognizer, which is obeyed, too.
-        settings_file: where the settings are, which may change during the run.
-        page: makes a page that shows the run, given the inbox and the clock.
-        service: makes what takes commands of other programs.
-    """
-
-    device: str | None = None
-    sound: SoundSource | None = None
-    listening: bool = False
-    terminal: LiveTerminal | None = None
-    announce: Callable[[str], None] = lambda _: None
-    record: Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]] | None = None
-    other_recognizer: OtherRecognizer | None = None
-    settings_file: SettingsFile | None = None
-    page: Callable[[Inbox, Clock], Page] | None = None
-    service: CommandServiceMaker | None = None
-
-
-def run_live(
-    settings: Config,
+@contextmanager
+def drive_live(
+    session: Session,
     recognizer: RecognitionEngine,
-    inbox: Inbox,
-    robots: OpenRobots,
-    options: LiveOptions,
-) -> None:
-    """Drive a robot by a microphone and the keyboard until a signal ends the program.
+    sound: SoundSource,
+    *,
+    page: Callable[[Session], Page] | None = None,
+    service: Callable[[Session, Callable[[], bool]], CommandService] | None = None,
+    other_recognizer: OtherRecognizer | None = None,
+    record: RecorderOpener | None = None,
+    settings_file: SettingsFile | None = None,
+    terminal: LiveTerminal | None = None,
+    announce: Callable[[str], None] = lambda _: None,
+) -> Iterator[None]:
+    """Let a microphone, the keyboard, a page and other programs drive: a part of a live run.
+
+    Args:
+        session: the run.
+        recognizer: understands what is said.
+        sound: what is listened to, where it is not a page's browser.
+        page: makes a page that shows the run.
+        service: makes what takes commands of other programs, given what returns whether somebody
+            drives from the page.
+        other_recognizer: opens another recognizer, which is obeyed, too.
+        record: opens what keeps what is heard.
+        settings_file: where the settings are, which may change during the run.
+        terminal: draws the display.
+        announce: takes the line that says what is listened to, where there is no display.
 
     Raises:
         AudioError: there is no such microphone.
     """
-    clock = WallClock(inbox)
-    warn = warner(inbox, clock)
-    session = new_session(settings, clock, options.listening)
-    table = session.table
-    never_missed = settings.recognition.never_missed
-    unwatched: list[str] = []
-    with ExitStack() as parts:
-        enter = parts.enter_context
-        page = options.page(inbox, clock) if options.page else None
-        recorder = enter(options.record(warn) if options.record else nullcontext())
-        speaker = enter(open_speaker(settings.speech, table.replies, warn))
-        mixer = speaker.mixer if speaker else None
-        sound = _sound_source(options, page, mixer if settings.speech.half_duplex else None)
-        hearing = enter(
-            Hearing(recognizer, sound, inbox, clock.now, recorder, never_missed=never_missed)
+    settings, controller = session.spec.settings, session.controller
+    with ExitStack() as opened:
+        enter = opened.enter_context
+        shown = page(session) if page else None
+        session.recognizer = recognizer
+        session.recorder = enter(record(session.warn)) if record else None
+        enter(speak_replies(session))
+        own = session.speaker.mixer if session.speaker and settings.speech.half_duplex else None
+        sound = replace(
+            (shown.sound if shown else None) or sound,
+            playback=shown.audible_playback(own) if shown else own,
         )
-        line = enter(_text_commands(recognizer, inbox, clock, options.other_recognizer))
-        programs = enter(open_programs(table, inbox, clock, robots.show))
+        hearing = session.hearing = enter(
+            Hearing(
+                recognizer, sound, session.inbox, session.clock.now, session.recorder,
+                never_missed=settings.recognition.never_missed,
+            )
+        )  # fmt: skip
+        line = enter(_text_commands(session, recognizer, other_recognizer))
+        programs = enter(start_programs(session))
         reload = CommandReload(
-            recognizer, settings, options.settings_file, programs.add, inbox, clock
-        )
+            recognizer, settings, settings_file, programs.add, session.inbox,
+            session.clock,
+        )  # fmt: skip
         enter(reload.watching())
-        session.add_robots(robots)
-        session.receivers += [*interruption_receivers(speaker, table.halts)]
-        session.receivers += [*speech_receivers(speaker), programs.receive]
-        if page:
-            unwatched.append(page.unwatched_source)
-            session.receivers.append(page.receive)
-        session.receivers.append(answer_receiver(recognizer))
-        if options.service:
-            service = options.service(inbox, clock, lambda: bool(page and page.driven))
-            unwatched.append(service.source)
-            session.receivers.append(service.receive)
-            enter(service.serving())
-        session.change_rules(unwatched_sources=frozenset(unwatched))
-        shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
-        enter(
-            _show_on_terminal(_display(shown, line, robots.view), session, options, hearing.device)
-        )
-        if page:
-            session.watch({PAGE: partial(_trouble, page, session.controller)}, *page.sources)
-        session.watch_input(enter(page.serving(shown)) if page else hearing)
-        session.run_in_real_time(inbox)
-
-
-def _sound_source(options: LiveOptions, page: Page | None, own: Playback | None) -> SoundSource:
-    """Return a page's browser or the sound card, with the playback that it may pick up."""
-    sound = (page.sound if page else None) or options.sound or sound_card(options.device)
-    return replace(sound, playback=page.audible_playback(own) if page else own)
+        enter(hear_answers(session, recognizer))
+        if service:
+            served = service(session, lambda: bool(shown and shown.driven))
+            session.add_unwatched(served.source)
+            session.receivers.append(served.receive)
+            enter(served.serving())
+        if terminal:
+            note = session.recorder
+            display = Display(
+                hearing, controller, lambda: line.text, lambda: note.note if note else "",
+                session.view,
+            )  # fmt: skip
+            session.receivers.append(display.receive)
+            enter(terminal.live(display.__rich__))
+        else:
+            sources = (
+                [] if hearing.device == NO_MICROPHONE else [f"the microphone {hearing.device}"]
+            )
+            sources += ["typed commands"] if can_read_input() else []
+            sources += ["another recognizer"] if other_recognizer else []
+            sources += ["Wyoming clients"] if service else []
+            first = "" if session.spec.listening else '; say "start speech" first'
+            announce(f"listening to {' and '.join(sources)}{first}")
+        if shown:
+            session.receivers.append(shown.receive)
+            session.add_unwatched(shown.unwatched_source)
+            session.watch(PAGE, lambda: shown.trouble(controller.moving), *shown.sources)
+        session.watch_input(enter(shown.serving(session)) if shown else hearing)
+        yield
 
 
 @contextmanager
 def _text_commands(
-    recognizer: RecognitionEngine,
-    inbox: Inbox,
-    clock: Clock,
-    other_recognizer: OtherRecognizer | None,
+    session: Session, recognizer: RecognitionEngine, other_recognizer: OtherRecognizer | None
 ) -> Iterator[TypedLine]:
     """Take commands from the keyboard and another recognizer; gives the line being typed."""
-    texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)
-    stop, warn = partial(_stop, inbox, clock), warner(inbox, clock)
-    with read_keyboard(stop, texts.take, texts.continues, warn) as line, ExitStack() as opened:
+    texts = TextCommands(lambda: recognizer.commands, session.inbox, session.clock.now)
+
+    def stop() -> None:
+        session.inbox.put(Halt(t=session.clock.now()))
+
+    def stop_unheard(why: str) -> None:
+        stop()
+        session.warn(f"{why}: the robot stops")
+
+    with read_keyboard(stop, texts.take, texts.continues, session.warn) as line, ExitStack() as own:
         if other_recognizer:
-            lost = partial(_stop_unheard, inbox, clock)
-            opened.enter_context(other_recognizer(texts.take, lost))
+            own.enter_context(other_recognizer(texts.take, stop_unheard))
         yield line
-
-
-def _display(shown: RunParts, line: TypedLine, view: RoomView | None) -> Display:
-    recorder = shown.recorder
-    return Display(
-        shown.hearing,
-        shown.controller,
-        lambda: line.text,
-        lambda: recorder.note if recorder else "",
-        view,
-    )
-
-
-def _stop(inbox: Inbox, clock: Clock) -> None:
-    inbox.put(Halt(t=clock.now()))
-
-
-def _stop_unheard(inbox: Inbox, clock: Clock, why: str) -> None:
-    _stop(inbox, clock)
-    warner(inbox, clock)(f"{why}: the robot stops")
-
-
-def _trouble(page: Page, controller: Dispatcher) -> str | None:
-    return page.trouble(controller.moving)
-
-
-@contextmanager
-def _show_on_terminal(
-    display: Display, session: Session, options: LiveOptions, microphone: str
-) -> Iterator[None]:
-    """Draw the run on the terminal in a `with` block; without one, announce that it begins."""
-    if options.terminal is None:
-        options.announce(_ready_line(microphone, options))
-        yield
-        return
-    session.receivers.append(display.receive)
-    with options.terminal.live(display.__rich__):
-        yield
-
-
-def _ready_line(microphone: str, options: LiveOptions) -> str:
-    sources = [] if options.sound else [f"the microphone {microphone}"]
-    sources += ["typed commands"] if can_read_input() else []
-    sources += ["another recognizer"] if options.other_recognizer else []
-    sources += ["Wyoming clients"] if options.service else []
-    first = "" if options.listening else '; say "start speech" first'
-    return f"listening to {' and '.join(sources)}{first}"

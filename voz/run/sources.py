@@ -20,8 +20,7 @@ from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.spelling import normalize, spoken_forms, strip_accents
 from voz.recognition.engine import RecognitionEngine
 from voz.recognition.interpreter import NO_DETAILS, Details
-from voz.run.beat import BEATS_PER_SECOND, beats_before
-from voz.run.clocks import Item
+from voz.run.clocks import BEATS_PER_SECOND, Item, beats_before
 
 TYPED = "text"
 """The source of an utterance that was typed."""

@@ -25,6 +25,7 @@ from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.live import PAGE
 from voz.run.session import Session
+from voz.run.spec import RunSpec
 
 COMMANDS = commands_of("start speech\nstop speech\nstop\ngo forward\ngo back\n")
 
@@ -53,8 +54,8 @@ class Run:
             unused, self._inbox, clock, unused, picture=unused,
             browser_listens=browser_listens, now=lambda: self.now,
         )  # fmt: skip
-        self.session = Session(clock, self.controller)
-        self.session.watch({PAGE: lambda: page.trouble(self.controller.moving)}, *page.sources)
+        self.session = Session(RunSpec(controller=self.controller, inbox=self._inbox))
+        self.session.watch(PAGE, lambda: page.trouble(self.controller.moving), *page.sources)
         self.lock = page._driver_lock
         self.registry = PageRegistry(
             CommandBridge(self._inbox, lambda: self.now, lambda: COMMANDS),
@@ -90,9 +91,7 @@ class Run:
         for _ in range(beats):
             self.now = round(self.now + BEAT, 3)
             self._take()
-            for check in self.session.checks:
-                check(self.now)
-            self.controller.send(self.now)
+            self.session.on_beat(self.now)
             self.registry.broadcast_state({})
             self._work()
 

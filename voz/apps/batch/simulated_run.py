@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import msgspec
@@ -26,8 +26,10 @@ from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.robot.simulation.pictures import check_picture, save_picture
 from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
-from voz.run.session import answer_receiver, new_session
+from voz.run.parts import hear_answers
+from voz.run.session import Session
 from voz.run.sources import recorded_items
+from voz.run.spec import RunSpec
 
 PICTURE_ENDING = ".png"
 
@@ -64,10 +66,16 @@ def simulate_recording(
     unreadable: list[str] = []
     times: list[float] = []
     items = _noted(recorded_items([found.path], recognizer, unreadable, details), times)
-    session = new_session(settings, RecordedClock(items), how.listening)
-    robot = SimulatedRobot(settings.simulator, session.controller.emit)
-    session.receivers += [robot.receive, answer_receiver(recognizer)]
-    session.receivers.append(lambda event: events.append(_named(event, found.name)))
+    spec = RunSpec(
+        settings=settings,
+        listening=how.listening,
+        clock=lambda _: RecordedClock(items),
+        in_real_time=False,
+        parts=[partial(hear_answers, recognizer=recognizer)],
+    )
+    session = Session(spec)
+    robot = SimulatedRobot(settings.simulator, session.report)
+    session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]
     session.controller.odometry = robot.place
     session.run()
     robot.come_to_rest()

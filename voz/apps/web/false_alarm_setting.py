@@ -6,7 +6,7 @@ from voz.apps.web.event_history import Record
 from voz.errors import ConfigError
 from voz.recognition.confidence import MissRate, miss_rate_at
 from voz.recognition.engine import RecognitionEngine, confidence_model
-from voz.run.session import Warn
+from voz.run.clocks import Warn
 from voz.settings import Recognition
 
 

@@ -32,10 +32,9 @@ from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundSource
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
-from voz.run.clocks import Clock
+from voz.run.clocks import Clock, warner
 from voz.run.dispatcher import Dispatcher
-from voz.run.live import RunParts
-from voz.run.session import SpeechInput, warner
+from voz.run.session import Session, SpeechInput
 
 NO_DRIVER = "no page drives any more"
 """The warning when the page that was the microphone has left a robot at rest."""
@@ -119,23 +118,27 @@ class LivePage:
         return problem
 
     @contextmanager
-    def serving(self, parts: RunParts) -> Iterator[SpeechInput]:
+    def serving(self, session: Session) -> Iterator[SpeechInput]:
         """Serve the page for a `with` block; gives what listens, whose trouble the page shows."""
-        hearing = _WatchedHearing(parts.hearing)
+        recognizer, settings = session.recognizer, session.spec.settings
+        assert session.hearing
+        assert recognizer
+        device = session.hearing.device
+        hearing = _WatchedHearing(session.hearing)
         registry = PageRegistry(
             CommandBridge(self._inbox, self._clock.now, self._commands),
-            EventHistory(parts.recognizer.threshold_of),
+            EventHistory(recognizer.threshold_of),
             self._driver_lock,
             warn=self._warn,
             microphone=self._microphone,
             set_rehearsal=lambda on: self._inbox.put(Rehearsal(on)),
             now=self._now,
         )
-        recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
+        recorder = session.recorder if isinstance(session.recorder, Recorder) else None
         marks = RecordingMarks(recorder, self._commands)
-        false_alarms = FalseAlarmSetting(parts.recognizer, parts.settings.recognition, self._warn)
-        state = partial(self._state, parts, hearing, marks, false_alarms, registry)
-        given = _CurrentCommands(self._commands, parts.controller)
+        false_alarms = FalseAlarmSetting(recognizer, settings.recognition, self._warn)
+        state = partial(self._state, session, hearing, marks, false_alarms, registry)
+        given = _CurrentCommands(self._commands, session.controller)
 
         def snapshot() -> Record:
             """All that a page that is opened now has to know."""
@@ -144,14 +147,14 @@ class LivePage:
                 "room": self._picture.room() or None,
                 "recordings": marks.known,
                 "tuning": false_alarms.choices(),
-                "microphone": "browser" if self._microphone else parts.hearing.device,
+                "microphone": "browser" if self._microphone else device,
                 "events": registry.remembered,
                 "now": {**state(), **registry.status},
             }
 
-        voice = parts.settings.speech.voice
+        voice = settings.speech.voice
         routes = [
-            *ControlApi(registry, self._address.access, snapshot, parts.settings).routes(),
+            *ControlApi(registry, self._address.access, snapshot, settings).routes(),
             *WebSocketApi(registry, snapshot).routes(),
             *TuningApi(registry, marks, false_alarms, self._playback, voice).routes(),
         ]
@@ -169,24 +172,25 @@ class LivePage:
 
     def _state(
         self,
-        parts: RunParts,
+        session: Session,
         hearing: _WatchedHearing,
         marks: RecordingMarks,
         false_alarms: FalseAlarmSetting,
         registry: PageRegistry,
     ) -> Record:
         """The current state, on the server's thread."""
-        linear, angular = parts.controller.velocities
+        controller, speaker = session.controller, session.speaker
+        linear, angular = controller.velocities
         needs_name = self._microphone is None or self._microphone.is_hands_free
-        awake = parts.controller.awake or not needs_name
+        awake = controller.awake or not needs_name
         busy_until = max(
-            self._playback.busy_until(), parts.mixer.busy_until() if parts.mixer else 0.0
+            self._playback.busy_until(), speaker.mixer.busy_until() if speaker else 0.0
         )
         return {
             "t": self._clock.now(),
-            "listening": parts.controller.listening,
-            "asleep": "" if awake else parts.controller.name,
-            "rehearsing": parts.controller.state.rehearsing,
+            "listening": controller.listening,
+            "asleep": "" if awake else controller.name,
+            "rehearsing": controller.state.rehearsing,
             "question": registry.question,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,
@@ -196,8 +200,8 @@ class LivePage:
             "talking": bool(self._microphone and self._microphone.is_expected),
             "linear": linear,
             "angular": angular,
-            "peak": round(parts.hearing.peak, 4),
-            "background": round(parts.hearing.background, 1),
+            "peak": round(hearing.peak, 4),
+            "background": round(hearing.background, 1),
             **self._picture.state(),
         }
 
@@ -233,9 +237,19 @@ class _WatchedHearing:
     def __init__(self, hearing: Hearing) -> None:
         self.source = hearing.source
         self.problem: str | None = None
-        self._trouble: Callable[[bool], str | None] = hearing.trouble
+        self._hearing = hearing
+
+    @property
+    def peak(self) -> float:
+        """Highest sample of the last block, 0 to 1."""
+        return self._hearing.peak
+
+    @property
+    def background(self) -> float:
+        """Level of the room, dBFS."""
+        return self._hearing.background
 
     def trouble(self, moving: bool) -> str | None:
         """Report why nothing is heard right now."""
-        self.problem = self._trouble(moving)
+        self.problem = self._hearing.trouble(moving)
         return self.problem

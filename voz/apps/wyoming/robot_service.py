@@ -28,8 +28,7 @@ from voz.errors import ConfigError
 from voz.events import Event
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
-from voz.run.clocks import Clock
-from voz.run.session import warner
+from voz.run.clocks import Clock, warner
 
 SERVER_SHUTDOWN_TIMEOUT = 2.0
 """For the server to end, s; the robot is at rest by then."""

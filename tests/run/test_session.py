@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import default_commands
 from voz.control.controller import ControllerState, Rules
-from voz.control.messages import End, Halt, Health, Message, Rehearsal
+from voz.control.messages import End, Halt, Message, Rehearsal
 from voz.control.state_machine import State
 from voz.events import Event, Notice, Partial, Receiver, Twist, Utterance
 from voz.inbox import MAX_QUEUED_MESSAGES, Inbox
-from voz.run.beat import MAX_BEAT_GAP, beat
 from voz.run.dispatcher import Dispatcher
+from voz.run.session import MAX_BEAT_GAP, Session
+from voz.run.spec import RunSpec
 
 GONE = "the microphone is gone"
 
@@ -43,13 +46,14 @@ class Room:
         self._lost = lost
         self._stalls = stalls or {}
         self.sent: list[tuple[float, Event]] = []
-        controller = listening(self._receive)
-
-        def check(now: float) -> None:
-            lost = GONE if self._lost[0] <= self._now < self._lost[1] else None
-            controller.take(Health("hearing", lost, "listening again", ("microphone",)), now)
-
-        assert beat(controller, self, [check], at_once=True) is None
+        self.source = "microphone"
+        spec = RunSpec(
+            controller=listening(self._receive), clock=lambda _: self, in_real_time=False
+        )
+        session = Session(spec)
+        session.watch_input(self)
+        session.startup(ExitStack())
+        session.main_loop()
 
     def now(self) -> float:
         return self._now
@@ -65,6 +69,9 @@ class Room:
 
     def skip(self, seconds: float) -> None:
         pass
+
+    def trouble(self, moving: bool) -> str | None:
+        return GONE if self._lost[0] <= self._now < self._lost[1] else None
 
     def _receive(self, event: Event) -> None:
         self.sent.append((self._now, event))

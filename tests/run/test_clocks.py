@@ -21,10 +21,8 @@ from voz.control.messages import Message
 from voz.errors import AudioError
 from voz.events import Event, Notice, Twist, Utterance
 from voz.inbox import Inbox
-from voz.run import clocks, paced
-from voz.run.beat import BEATS_PER_SECOND
-from voz.run.clocks import elapsed
-from voz.run.paced import HANDOVER_LEAD
+from voz.run import clocks
+from voz.run.clocks import BEATS_PER_SECOND, HANDOVER_LEAD, elapsed
 
 LINES = ["start speech", "go forward", "-", "turn left", "stop"]
 
@@ -34,6 +32,9 @@ class OwnTime:
 
     So it stands still while a thread computes, or a busy machine does not let it.
     """
+
+    clock_gettime = staticmethod(time.clock_gettime)
+    CLOCK_BOOTTIME, CLOCK_MONOTONIC = time.CLOCK_BOOTTIME, time.CLOCK_MONOTONIC
 
     def __init__(self, threads: Callable[[], list[threading.Thread]]) -> None:
         self.now = 0.0
@@ -120,8 +121,8 @@ def own_time(
     """The time of these runs."""
     own_time = OwnTime(begun)
     monkeypatch.setattr(clocks, "elapsed", own_time.elapsed)
-    monkeypatch.setattr(paced, "time", own_time)
-    monkeypatch.setattr(paced, "queue", SimpleNamespace(Queue=own_time.queue))
+    monkeypatch.setattr(clocks, "time", own_time)
+    monkeypatch.setattr(clocks, "queue", SimpleNamespace(Queue=own_time.queue))
     monkeypatch.setattr(Inbox, "take", lambda inbox, timeout: own_time.take(inbox, timeout))
     return own_time
 

@@ -82,11 +82,11 @@ def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
 
 def test_talk_that_goes_on_is_known_by_what_was_as_loud_before() -> None:
     sound = np.zeros(2 * FRAME, np.int16)
-    for voices, before, amid in ((0.9, 35.0, True), (0.9, 32.0, False), (0.0, 35.0, False)):
+    for voices, before, within_talk in ((0.9, 35.0, True), (0.9, 32.0, False), (0.0, 35.0, False)):
         now = begun()
         now.voices, now.before, now.loudest = voices, before, LOUD
         segment = now.segment(FRAME, 2 * FRAME, sound, 0)
-        assert segment.amid == amid
+        assert segment.within_talk == within_talk
         assert (segment.start, segment.end, segment.decided) == (0, 0.03, 0.06)
         assert segment.above == 23.0
 

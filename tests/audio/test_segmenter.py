@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.segment import CONTEXT_SAMPLES, Quiet, Segment, Sound, belong_together
+from voz.audio.segment import CONTEXT_SAMPLES, Quiet, Segment, SegmenterEvent, belong_together
 from voz.audio.segmenter import MAX_SEGMENT_SECONDS, Segmenter, sounds
 
 
-def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Sound]:
+def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[SegmenterEvent]:
     segmenter = Segmenter()
-    found: list[Sound] = []
+    found: list[SegmenterEvent] = []
     for at in range(0, len(samples), block):
         found += segmenter.feed(samples[at : at + block])
     return found + list(segmenter.finish())
@@ -204,7 +204,7 @@ def test_segments_are_in_order_and_in_the_stream_whatever_is_heard(
     pieces = [random.normal(0, level, int(s * SAMPLE_RATE)) for s, level in parts]
     joined = np.concatenate([np.zeros(0), *pieces])
     samples = np.clip(np.repeat(joined[::5], 5), -32768, 32767).astype(np.int16)
-    found: list[list[Sound]] = []
+    found: list[list[SegmenterEvent]] = []
     for size in (block, len(samples) + 1):
         segmenter = Segmenter(early, longest=2)
         found.append([])
@@ -288,7 +288,7 @@ def test_what_follows_a_cut_is_another_segment(session: Recording) -> None:
 
 
 def stood_out(segment: Segment) -> bool:
-    return segment.above > 30 and not segment.amid
+    return segment.above > 30 and not segment.within_talk
 
 
 def test_a_segment_says_how_far_it_stands_out(session: Recording) -> None:
@@ -304,9 +304,9 @@ def test_what_stands_out_of_talk_that_goes_on_and_is_as_loud_is_told(session: Re
     talk = np.tile(clip, 12)
     louder = np.clip(clip.astype(int) * 2, -32768, 32767).astype(np.int16)
     found = segments_of(np.concatenate([talk, louder, murmur(1)]))
-    assert any(segment.amid for segment in found)
+    assert any(segment.within_talk for segment in found)
     segmenter = Segmenter()
     list(segmenter.feed(talk))
     segmenter.mark_command()
     after = [*segmenter.feed(np.concatenate([louder, murmur(1)])), *segmenter.finish()]
-    assert not any(isinstance(s, Segment) and s.amid and s.start > 14.3 for s in after)
+    assert not any(isinstance(s, Segment) and s.within_talk and s.start > 14.3 for s in after)

@@ -151,6 +151,13 @@ def test_an_unreadable_stream_is_told_once(voz: Call, tmp_path: Path) -> None:
     assert "none.wav: there is no such file" in line
 
 
+def test_an_engine_has_its_old_name_too(voz: Call, tmp_path: Path) -> None:
+    path = tmp_path / "stream.tsv"
+    path.write_text("path\ttext\tspeaker\tkind\nnone.wav\tstop\tme\tcommand\n")
+    _, _, err = voz(path, "--jobs", 1, "--engine", "first-ear")
+    assert err.splitlines()[0] == "warning: --engine first-ear is called without-network"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

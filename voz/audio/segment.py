@@ -68,7 +68,7 @@ class Segment(NamedTuple):
         over: whether it is over; if not, it has paused and may go on.
         above: how far its loudest frame is above the background, dB.
         voices: share of the time before it that a voice may be in.
-        amid: whether it stands within talk that is as loud.
+        within_talk: whether it stands within talk that is as loud.
         before: sound before the samples, up to 0.25 s; longer where the robot has a name.
         after: sound after them, as far as it is known; up to 0.25 s, or longer for a name.
     """
@@ -80,7 +80,7 @@ class Segment(NamedTuple):
     over: bool = True
     above: float = math.inf
     voices: float = 0.0
-    amid: bool = False
+    within_talk: bool = False
     before: Samples = NO_SAMPLES
     after: Samples = NO_SAMPLES
 
@@ -116,7 +116,7 @@ class Ongoing:
     samples: Samples
 
 
-Sound = Segment | Quiet | Ongoing
+SegmenterEvent = Segment | Quiet | Ongoing
 
 Found = TypeVar("Found", covariant=True)
 
@@ -274,7 +274,7 @@ class OpenSegment:
             kept[first:last].copy(),
             above=self.loudest - self.least + CONTINUE_ABOVE,
             voices=self.voices,
-            amid=never_quiet and self.loudest < self.before + TALK_LEVEL_RANGE,
+            within_talk=never_quiet and self.loudest < self.before + TALK_LEVEL_RANGE,
             before=kept[max(0, first - before) : first].copy(),
             after=kept[last : min(last + CONTEXT_SAMPLES, heard - kept_from)].copy(),
         )

@@ -30,7 +30,7 @@ from voz.audio.segment import (
     OpenSegment,
     Quiet,
     Segment,
-    Sound,
+    SegmenterEvent,
     feed_all,
 )
 from voz.audio.voice_detector import RUN_UP, shared_voice_detector
@@ -123,7 +123,7 @@ class Segmenter:
         self._last_end = 0
         self._quiet_reported = True  # about the silence after the last segment
 
-    def feed(self, block: Samples) -> Iterator[Sound]:
+    def feed(self, block: Samples) -> Iterator[SegmenterEvent]:
         """Take the next samples of the stream, 16 kHz, any number of them.
 
         Yields:
@@ -157,7 +157,7 @@ class Segmenter:
         followed = self._loudness.state() + self._background.state()
         return stood + followed + self._kept[-self._least_kept :].tobytes()
 
-    def finish(self) -> Iterator[Sound]:
+    def finish(self) -> Iterator[SegmenterEvent]:
         """End the stream; yields the open segment, if any, and the quiet after it."""
         self._heard += len(self._unread())
         if self._open:
@@ -176,7 +176,7 @@ class Segmenter:
         return self._background.level
 
     @property
-    def amid_segment(self) -> bool:
+    def in_segment(self) -> bool:
         """Whether a segment goes on."""
         return self._open is not None
 
@@ -192,7 +192,7 @@ class Segmenter:
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
         return zip(frames, self._loudness.measure(whole), strict=True)
 
-    def _take_frame(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
+    def _take_frame(self, frame: bytes, level: BandLevels) -> Iterator[SegmenterEvent]:
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
         if self._open is None:
@@ -203,7 +203,9 @@ class Segmenter:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
-    def _begin(self, voice: bool, level: BandLevels, background: BandLevels) -> Iterator[Sound]:
+    def _begin(
+        self, voice: bool, level: BandLevels, background: BandLevels
+    ) -> Iterator[SegmenterEvent]:
         self._note(voice, level, background)
         if self._standing >= BEGIN_FRAMES:
             self._start_above(background, len(self._stood) - self._stood.index(True))
@@ -233,7 +235,7 @@ class Segmenter:
         self._standing = 0
         self._stood.clear()
 
-    def _continue(self, now: OpenSegment, voice: bool, level: float) -> Iterator[Sound]:
+    def _continue(self, now: OpenSegment, voice: bool, level: float) -> Iterator[SegmenterEvent]:
         now.follow(voice, level)
         if (noise := self._noise_under(now)) is not None:
             yield self._finish_segment(now, self._heard - RISE_FRAMES * FRAME)
@@ -308,7 +310,7 @@ def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
     return (sound for sound in sounds(blocks) if isinstance(sound, Segment))
 
 
-def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
+def sounds(blocks: Iterable[Samples]) -> Iterator[SegmenterEvent]:
     """Divide a whole recording, in blocks at 16 kHz, into stretches of speech.
 
     Yields each segment when its end is known, and the quiet after it when that is sure.

@@ -233,7 +233,7 @@ def candidates_in(recognizer: RecognitionEngine, blocks: Iterable[Samples]) -> I
     for number, segment in enumerate(found):
         heard = interpreter.understand(segment)
         if heard.features:
-            among = segment.amid or any(after[max(0, number - 1) : number + 1])
+            among = segment.within_talk or any(after[max(0, number - 1) : number + 1])
             context = Context.SPEECH if among else Context.QUIET
             yield Candidate(
                 heard.text, dict(heard.features), heard.speech_probability, context,

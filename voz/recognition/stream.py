@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.levels import FRAME
-from voz.audio.segment import Ongoing, Quiet, Segment, Sound, belong_together
+from voz.audio.segment import Ongoing, Quiet, Segment, SegmenterEvent, belong_together
 from voz.audio.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import SCORE, Context, probability
@@ -58,7 +58,7 @@ class Stream:
     @property
     def in_segment(self) -> bool:
         """Whether somebody speaks just now."""
-        return self._segmenter.amid_segment
+        return self._segmenter.in_segment
 
     def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
         """Take the next samples, 16 kHz; yields the events that they decide."""
@@ -78,7 +78,7 @@ class Stream:
         for sound in self._segmenter.finish():
             yield from self._take(sound)
 
-    def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
+    def _take(self, sound: SegmenterEvent) -> Iterator[Utterance | Partial]:
         if isinstance(sound, Ongoing):
             if self._spotting:
                 yield from self._spot(sound)
@@ -89,7 +89,7 @@ class Stream:
         if isinstance(sound, Segment):
             sound = self._after_name(sound)
             follow = self._over if sound.over else self._pause
-            context = Context.SPEECH if sound.amid else _between(self._other, sound)
+            context = Context.SPEECH if sound.within_talk else _between(self._other, sound)
             yield from follow(sound, context)
 
     def _after_name(self, segment: Segment) -> Segment:
@@ -148,7 +148,7 @@ class Stream:
             return False
         return not decision.is_nearly_sure
 
-    def _settled(self, waiting: Decision, sound: Sound) -> Decision:
+    def _settled(self, waiting: Decision, sound: SegmenterEvent) -> Decision:
         """What becomes of a decision that waits, by what followed; the name may be in that."""
         heard = waiting.hypothesis
         context = _between(heard.segment, sound)
@@ -173,6 +173,6 @@ class Stream:
             self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it
 
 
-def _between(one: Segment | None, other: Sound) -> Context:
+def _between(one: Segment | None, other: SegmenterEvent) -> Context:
     near = one is not None and isinstance(other, Segment) and belong_together(one, other)
     return Context.SPEECH if near else Context.QUIET

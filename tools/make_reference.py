@@ -19,16 +19,16 @@ import voz.events
 from voz.config import Config
 from voz.events import (
     Attention,
-    Call,
-    Ended,
+    CallFunction,
     Event,
     Notice,
     Partial,
     Play,
+    ProgramEnded,
     Publish,
     Reply,
-    Run,
     SelectedObject,
+    StartProgram,
     Twist,
     Utterance,
     to_json,
@@ -53,9 +53,9 @@ SAMPLES: tuple[Event, ...] = (
     Publish(7.3, "gripper", True),
     Reply(1.8, "bep bep. I am listening you"),
     Play(1.8, "backing-up"),
-    Run(8.0, ("fswebcam", "picture.jpg"), 10.0),
-    Call(8.1, "my_arm:wave", (3.0, "left")),
-    Ended(9.2, "fswebcam", "exit code 1"),
+    StartProgram(8.0, ("fswebcam", "picture.jpg"), 10.0),
+    CallFunction(8.1, "my_arm:wave", (3.0, "left")),
+    ProgramEnded(9.2, "fswebcam", "exit code 1"),
     Notice(9.4, "the microphone is gone: the robot stops"),
 )  # fmt: skip
 """One event of each type, and an utterance that is refused."""

@@ -277,7 +277,7 @@ class Play(CheckedRecord, frozen=True, tag_field="type", tag="play"):
     sound: str
 
 
-class Run(CheckedRecord, frozen=True, tag_field="type", tag="run", omit_defaults=True):
+class StartProgram(CheckedRecord, frozen=True, tag_field="type", tag="run", omit_defaults=True):
     """A program that is started.
 
     Attributes:
@@ -291,7 +291,7 @@ class Run(CheckedRecord, frozen=True, tag_field="type", tag="run", omit_defaults
     seconds: Annotated[float, msgspec.Meta(gt=0, le=3600)] | None = None
 
 
-class Call(CheckedRecord, frozen=True, tag_field="type", tag="call", omit_defaults=True):
+class CallFunction(CheckedRecord, frozen=True, tag_field="type", tag="call", omit_defaults=True):
     """A function in Python that is called.
 
     Attributes:
@@ -307,7 +307,7 @@ class Call(CheckedRecord, frozen=True, tag_field="type", tag="call", omit_defaul
     seconds: Annotated[float, msgspec.Meta(gt=0, le=3600)] | None = None
 
 
-class Ended(CheckedRecord, frozen=True, tag_field="type", tag="ended", omit_defaults=True):
+class ProgramEnded(CheckedRecord, frozen=True, tag_field="type", tag="ended", omit_defaults=True):
     """The end of a program or a function.
 
     Attributes:
@@ -348,9 +348,9 @@ Event: TypeAlias = (
     | Publish
     | Reply
     | Play
-    | Run
-    | Call
-    | Ended
+    | StartProgram
+    | CallFunction
+    | ProgramEnded
     | Notice
 )
 

@@ -20,10 +20,10 @@ from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
 from voz.events import (
     Attention,
-    Ended,
     Event,
     Notice,
     Partial,
+    ProgramEnded,
     Reply,
     SelectedObject,
     Twist,
@@ -597,7 +597,7 @@ def test_s5_what_was_commanded_before_a_loss_does_not_go_on_after_it() -> None:
 def test_what_others_have_to_say_is_handed_on_and_changes_nothing() -> None:
     controller, events = listening_controller(["go forward"])
     before = controller.state
-    others = [Notice(1.0, "0.30 s of sound were lost"), Ended(1.0, "dance")]
+    others = [Notice(1.0, "0.30 s of sound were lost"), ProgramEnded(1.0, "dance")]
     for other in others:
         controller.take(other, 1.0)
     assert events[-2:] == others

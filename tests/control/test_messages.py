@@ -14,7 +14,7 @@ from voz.control.messages import (
     overtakes,
     too_late,
 )
-from voz.events import Ended, Notice, Partial, Utterance
+from voz.events import Notice, Partial, ProgramEnded, Utterance
 
 HALTS = {"stop", "stop speech"}
 
@@ -34,7 +34,7 @@ def said(text: str, accepted: bool = True) -> Utterance:
         (Partial(0, "halt", 0.9, command="stop"), True, True),
         (Partial(0, "go back", 0.9), False, True),
         (Notice(0, ""), False, True),
-        (Ended(0, "dance"), False, True),
+        (ProgramEnded(0, "dance"), False, True),
         (Halt(), True, True),
         (Rehearsal(on=False), True, False),
         (Renewal("", 0.0, under_way=True), True, False),

@@ -12,7 +12,7 @@ from voz.control.state_machine import GivenCommand, State, Transition, let_time_
 from voz.control.state_machine import obey as obeyed
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
-from voz.events import Call, Notice, Play, Publish, Reply, Run, SelectedObject
+from voz.events import CallFunction, Notice, Play, Publish, Reply, SelectedObject, StartProgram
 from voz.settings import Safety
 
 TABLE = default_commands()
@@ -202,11 +202,11 @@ def test_a_step_publishes_and_speaks() -> None:
 
 def test_a_program_and_a_function_get_the_slots() -> None:
     assert say(LISTENING, "tea", cups=2.0).events == (
-        Run(0, ("echo", "2"), 2),
+        StartProgram(0, ("echo", "2"), 2),
         Play(0, "backing-up"),
     )
     menu = say(LISTENING, "menu").state
-    assert say(menu, "coffee", cups=2.0).events == (Call(0, "bar:coffee", (2.0,)),)
+    assert say(menu, "coffee", cups=2.0).events == (CallFunction(0, "bar:coffee", (2.0,)),)
 
 
 def test_a_slot_that_was_not_said_is_a_warning_and_nothing_is_done() -> None:

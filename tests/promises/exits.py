@@ -13,7 +13,7 @@ from typing import Any
 from promises.run import Outcome
 
 import voz
-from voz.events import Event, Publish, Receiver, Reply, Run, Twist, Utterance
+from voz.events import Event, Publish, Receiver, Reply, StartProgram, Twist, Utterance
 from voz.robot.serial_port import open_serial_port
 from voz.robot.simulation.simulator import SimulatedRobot
 from voz.settings import Ros2, Simulator
@@ -202,7 +202,7 @@ EXITS = (
     Exit("ros1", in_process(Receiving), cannot=ROS1),
     Exit("ros2", ros2),
     Exit("publish", events(Publish, lambda e: e.value), "light on", False, NOT_MOVING),
-    Exit("run", events(Run, lambda e: e.program), "dance", False, NOT_MOVING),
+    Exit("run", events(StartProgram, lambda e: e.program), "dance", False, NOT_MOVING),
     Exit("call", called, "wave", False, NOT_MOVING),
     Exit("say", events(Reply, lambda e: e.text), "greet", False, NOT_MOVING),
 )

@@ -9,7 +9,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.control.table import CommandTable
-from voz.events import Ended, Notice, Partial, Utterance
+from voz.events import Notice, Partial, ProgramEnded, Utterance
 
 
 class Halt(msgspec.Struct, frozen=True):
@@ -78,11 +78,20 @@ class Beat(msgspec.Struct, frozen=True):
     """Time has passed: velocities are due."""
 
 
-Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | Renewal | End
+Message: TypeAlias = Utterance | Partial | ProgramEnded | Notice | Halt | Rehearsal | Renewal | End
 """What passes through an inbox."""
 
 ControllerMessage: TypeAlias = (
-    Utterance | Partial | Ended | Notice | Halt | Rehearsal | Renewal | StopMotion | Health | Beat
+    Utterance
+    | Partial
+    | ProgramEnded
+    | Notice
+    | Halt
+    | Rehearsal
+    | Renewal
+    | StopMotion
+    | Health
+    | Beat
 )
 """What the controller takes."""
 
@@ -96,7 +105,7 @@ def overtakes(message: Message, halts: Collection[str]) -> bool:
         return message.accepted and message.name in halts
     if isinstance(message, Partial):
         return message.name in halts
-    return not isinstance(message, Ended | Notice)
+    return not isinstance(message, ProgramEnded | Notice)
 
 
 def may_be_dropped(message: Message) -> bool:

@@ -25,7 +25,17 @@ from voz.control.safety import apply_safety
 from voz.control.steps import Step, fill_slots
 from voz.control.table import DEFAULT_STATE, CommandTable, Steps, is_selection
 from voz.errors import ConfigError
-from voz.events import Call, Event, Ignored, Notice, Play, Publish, Reply, Run, SelectedObject
+from voz.events import (
+    CallFunction,
+    Event,
+    Ignored,
+    Notice,
+    Play,
+    Publish,
+    Reply,
+    SelectedObject,
+    StartProgram,
+)
 from voz.settings import Safety
 
 ANSWER_TIMEOUT = 10.0
@@ -216,10 +226,10 @@ def _step_events(step: Step, t: float) -> list[Event]:
         events.append(Publish(t, step.topic, step.publish))
     seconds = None if step.seconds is None else float(step.seconds)
     if step.run:
-        events.append(Run(t, step.run, seconds))
+        events.append(StartProgram(t, step.run, seconds))
     if step.call:
         function, *arguments = step.call
-        events.append(Call(t, str(function), tuple(arguments), seconds))
+        events.append(CallFunction(t, str(function), tuple(arguments), seconds))
     if step.play:
         events.append(Play(t, step.play))
     if step.say:

@@ -6,16 +6,16 @@ from typing import TextIO
 
 from voz.events import (
     Attention,
-    Call,
-    Ended,
+    CallFunction,
     Event,
     Notice,
     Partial,
     Play,
+    ProgramEnded,
     Publish,
     Reply,
-    Run,
     SelectedObject,
+    StartProgram,
     Twist,
     Utterance,
     evidence_in_words,
@@ -71,14 +71,14 @@ def in_words(event: Event) -> str:
     return f"         {_done(event)}"
 
 
-def _done(event: Publish | Play | Run | Call | Ended) -> str:
+def _done(event: Publish | Play | StartProgram | CallFunction | ProgramEnded) -> str:
     if isinstance(event, Publish):
         return f"{event.topic}: {event.value}"
     if isinstance(event, Play):
         return f"robot plays {event.sound}"
-    if isinstance(event, Run):
+    if isinstance(event, StartProgram):
         return f"runs {' '.join(event.program)}"
-    if isinstance(event, Call):
+    if isinstance(event, CallFunction):
         return f"calls {event.function}"
     return f"{event.name} has ended{f': {event.problem}' if event.problem else ''}"
 

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from msgspec.structs import replace as replace_fields
 
-from voz.events import Attention, Ended, Event, Partial, Play, Receiver, Reply, Utterance
+from voz.events import Attention, Event, Partial, Play, ProgramEnded, Receiver, Reply, Utterance
 from voz.inbox import Inbox
 from voz.run.clocks import Clock, PacedClock, RecordedClock, Source, pace
 from voz.run.programs import Programs
@@ -85,7 +85,7 @@ def start_programs(session: Session) -> Iterator[Programs]:
     """Start programs and functions; raises ConfigError if one does not exist."""
     in_time = session.in_real_time
 
-    def report(ended: Ended) -> None:
+    def report(ended: ProgramEnded) -> None:
         session.report(replace_fields(ended, t=session.clock.now()) if in_time else ended)
 
     with Programs(session.table, report, session.show, wait=not in_time) as programs:

@@ -20,7 +20,7 @@ from typing import Any
 from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
-from voz.events import Call, Ended, Event, Run
+from voz.events import CallFunction, Event, ProgramEnded, StartProgram
 from voz.printable import printable_output
 from voz.process.forks import ends_forks
 from voz.robot.user_code import describe_error, import_target, is_by_signal
@@ -45,7 +45,7 @@ class Programs:
     def __init__(
         self,
         table: CommandTable,
-        report: Callable[[Ended], None],
+        report: Callable[[ProgramEnded], None],
         show: Callable[[str], None],
         wait: bool = False,
     ) -> None:
@@ -78,11 +78,13 @@ class Programs:
 
     def receive(self, event: Event) -> None:
         """Start what an event asks for."""
-        if not isinstance(event, Run | Call):
+        if not isinstance(event, StartProgram | CallFunction):
             return
-        name = event.program[0] if isinstance(event, Run) else event.function
+        name = event.program[0] if isinstance(event, StartProgram) else event.function
         if not self._places.acquire(blocking=False):
-            self._report(Ended(event.t, name, f"not started: {MAX_PROGRAMS} others have not ended"))
+            self._report(
+                ProgramEnded(event.t, name, f"not started: {MAX_PROGRAMS} others have not ended")
+            )
             return
         thread = threading.Thread(
             target=self._do, args=(event, name), name="voz-program", daemon=True
@@ -99,15 +101,15 @@ class Programs:
         for program in list(self._running):
             _kill(program)
 
-    def _do(self, event: Run | Call, name: str) -> None:
+    def _do(self, event: StartProgram | CallFunction, name: str) -> None:
         try:
-            problem = self._run(event) if isinstance(event, Run) else self._call(event)
+            problem = self._run(event) if isinstance(event, StartProgram) else self._call(event)
         finally:
             self._places.release()
         if not self._closed:
-            self._report(Ended(event.t, name, problem))
+            self._report(ProgramEnded(event.t, name, problem))
 
-    def _run(self, event: Run) -> str:
+    def _run(self, event: StartProgram) -> str:
         """Run a program to its end; return what went wrong."""
         limit = event.seconds or DEFAULT_TIME_LIMIT
         # ALSA's plugin for PulseAudio blocks it; then `yes | head` complains of a broken pipe.
@@ -148,10 +150,10 @@ class Programs:
             while line := lines.readline(MAX_PROGRAM_LINE):
                 self._show(printable_output(f"{name}: {line}"))
 
-    def _call(self, event: Call) -> str:
+    def _call(self, event: CallFunction) -> str:
         """Call a function; return what it raised. One that hangs cannot be ended."""
         limit = event.seconds or DEFAULT_TIME_LIMIT
-        hangs = Ended(event.t, event.function, f"has not ended after {limit:g} s")
+        hangs = ProgramEnded(event.t, event.function, f"has not ended after {limit:g} s")
         late = threading.Timer(limit, self._report, [hangs])
         late.daemon = True
         late.start()

@@ -18,7 +18,7 @@ from voz.control.messages import Beat, End, Health, StopMotion
 from voz.control.safety import zero_at_the_end
 from voz.control.state_machine import State
 from voz.control.table import CommandTable
-from voz.events import Ended, Notice
+from voz.events import Notice, ProgramEnded
 from voz.inbox import Inbox
 from voz.process.signals import defer_signals
 from voz.run.clocks import BEATS_PER_SECOND, Clock
@@ -189,7 +189,7 @@ class Session:
         self.checks.insert(0, check)
         self._at_once = True
 
-    def report(self, event: Ended | Notice) -> None:
+    def report(self, event: ProgramEnded | Notice) -> None:
         """Take what a part has to say, on any thread."""
         if self.in_real_time:
             self.inbox.put(event)

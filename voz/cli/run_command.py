@@ -118,7 +118,7 @@ def _listening(options: RunOptions, settings: Config, commands: Commands, where:
 def _renew_language(settings: Config) -> None:
     """Make the language files again if their list was edited since; a broken one is a warning."""
     from voz.language.language_files import find_language
-    from voz.run.renewal import build_stale_files
+    from voz.run.command_check import build_stale_files
 
     try:
         if told := build_stale_files(find_language(settings.lm), settings):

@@ -1,16 +1,34 @@
-"""Checks of a list of commands against the table of what they do."""
+"""Whether a list of commands goes with the table of what they do, at the start and when renewed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 
 from voz.config import Config
 from voz.control.table import CommandTable, check_commands
+from voz.errors import CommandsError, ConfigError
+from voz.files import read_bytes, shown_path
+from voz.language.build import build
+from voz.language.command_source import CommandSource, read_list
+from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_expectations
+from voz.language.language_files import LanguageFiles, list_sources, stale_warning
+from voz.language.pronunciation import PRONUNCIATIONS_FILE
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import strip_accents
+from voz.language.spoken_language import configured_language
+from voz.robot.factory import robot_names
 
 MAX_SENTENCES_CHECKED = 64
 """Sentences of a command that are checked."""
+
+MAX_NAMES = 4
+"""Names of commands that a message lists."""
+
+ROS_ROBOTS = ("ros1", "ros2")
+"""Their topics are made at the start."""
+
+BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:
@@ -75,3 +93,94 @@ def _slots(commands: Commands, name: str) -> set[str]:
 def _quoted(names: Sequence[str]) -> str:
     shown = " or ".join(f'"{name}"' for name in names[:2])
     return shown + (f" or {len(names) - 2} more" if len(names) > 2 else "")
+
+
+def list_files(files: LanguageFiles) -> list[Path]:
+    """Return the files that users write from which the language files are made, the list first.
+
+    Those of a list that was deleted too, and what may be beside it.
+
+    Raises:
+        LanguageError: the language files cannot be used.
+    """
+    sources = list_sources(files) or [files.commands]
+    return [*sources, *(sources[0].parent / name for name in BESIDE_THE_LIST)]
+
+
+def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
+    """Read the list of language files; raises VozError if it cannot be used with the settings."""
+    path = list_files(files)[0]
+    source = read_list(path, configured_language(settings.language))
+    expected = path.parent / EXPECTED_SENTENCES_FILE
+    if expected.is_file():
+        data = read_bytes(expected, CommandsError, "give a readable text file")
+        for wrong in failed_expectations(source.commands, data, str(expected)):
+            raise CommandsError(wrong)
+    check_list(source.commands, settings.table, str(path))
+    return source
+
+
+def build_stale_files(files: LanguageFiles, settings: Config) -> str | None:
+    """Make language files again whose list has changed; returns a line for the user, or None.
+
+    Raises:
+        VozError: the list cannot be used; the files stay as they were.
+    """
+    if stale_warning(files) is None or not list_sources(files):
+        return None
+    source = read_list_again(files, settings)
+    build(Path(source.name), files.folder, source)
+    return f"{source.name} has changed: made {shown_path(files.folder)} again"
+
+
+def check_renewal(old: Config, new: Config, before: Commands, after: Commands) -> None:
+    """Raise ConfigError for commands that a run can take only at its start.
+
+    What stops the robot is known to the microphone, the inbox and the keyboard, and a robot in ROS
+    has its topics.
+    """
+    for what, known, now in (
+        ("stops the robot", old.table.halts, new.table.halts),
+        ("begins the listening", old.table.starts, new.table.starts),
+    ):
+        if others := known ^ now:
+            raise ConfigError(f'"{min(others)}" {what}, or did: start voz again to take that')
+    topics = new.table.topics.items() - old.table.topics.items()
+    if topics and not set(ROS_ROBOTS).isdisjoint(robot_names(old.robot)):
+        raise ConfigError(f"{min(topics)[0]} is a new topic: start voz again to take it")
+    if begins_listening(before, old.table) and not begins_listening(after, new.table):
+        names = " or ".join(f'"{name}"' for name in sorted(new.table.starts))
+        raise ConfigError(f"no command begins the listening; add {names}, or start voz again")
+
+
+def describe_renewal(old: Config, new: Config, before: Commands, after: Commands) -> str:
+    """Say what has changed in what may be said, and in what is done."""
+    added = [name for name in after.names if name not in before.names]
+    gone = [name for name in before.names if name not in after.names]
+    redone = [name for name in _redefined(old, new) if name not in added + gone]
+    unsaid = missing_commands(after, [name for name in redone if name in new.commands])
+    changed = [name for name in redone if name not in unsaid]
+    named = (("new", added), ("gone", gone), ("changed", changed))
+    parts = [f"{what} {_listed(names)}" for what, names in named if names]
+    if unsaid:
+        parts.append(f"no line of the list is {_listed(unsaid)}")
+    parts = parts or [f"{len(after):,} sentences"]
+    others = [name for name in Config.__struct_fields__ if name not in ("commands", "states")]
+    if later := [name for name in others if getattr(old, name) != getattr(new, name)]:
+        parts.append(f"from the next start: {', '.join(later)}")
+    return f"the commands were renewed: {'; '.join(parts)}"
+
+
+def _redefined(old: Config, new: Config) -> list[str]:
+    """The names that have other steps, in any state."""
+    before, after = (
+        {(state, name): steps for state, own in sets.items() for name, steps in own.items()}
+        for sets in ({"": old.commands, **old.states}, {"": new.commands, **new.states})
+    )
+    keys = {**before, **after}
+    return list(dict.fromkeys(key[1] for key in keys if before.get(key) != after.get(key)))
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(f'"{name}"' for name in names[:MAX_NAMES])
+    return shown + (f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else "")

@@ -24,8 +24,13 @@ from voz.language.command_source import CommandSource
 from voz.recognition.engine import RecognitionEngine
 from voz.robot.user_code import error_line
 from voz.run.clocks import Clock
-from voz.run.command_check import check_list
-from voz.run.renewal import check_renewal, describe_renewal, list_files, read_list_again
+from voz.run.command_check import (
+    check_list,
+    check_renewal,
+    describe_renewal,
+    list_files,
+    read_list_again,
+)
 
 RELOAD_CHECK_INTERVAL = 0.5
 """Time between two checks of the files, s; one that is still being written changes meanwhile."""

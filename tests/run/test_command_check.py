@@ -11,7 +11,7 @@ from voz.control.messages import Renewal
 from voz.errors import ConfigError
 from voz.events import Event, Notice, Twist, Utterance
 from voz.language.sentences.command_set import plain_commands
-from voz.run.renewal import check_renewal, describe_renewal
+from voz.run.command_check import check_renewal, describe_renewal
 
 LIST = plain_commands(["start speech", "stop", "go back", "wave"])
 

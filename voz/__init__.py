@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from voz.api.listener import Listener
     from voz.api.load import load
     from voz.api.recognizer import Recognizer
-    from voz.apps.batch.many import Decoded, decode_many
-    from voz.apps.batch.results import read_results
+    from voz.apps.batch.batch_decoder import Decoded, decode_many
+    from voz.apps.batch.formats import read_results
     from voz.apps.web.client import Client
     from voz.config import Config, load_config
     from voz.events import (
@@ -69,7 +69,7 @@ _WHERE = {
     "Client": "voz.apps.web.client",
     "Config": "voz.config",
     "Controller": "voz.api.controller:RobotController",
-    "Decoded": "voz.apps.batch.many",
+    "Decoded": "voz.apps.batch.batch_decoder",
     "ProgramEnded": "voz.events",
     "Event": "voz.events",
     "Listener": "voz.api.listener",
@@ -89,10 +89,10 @@ _WHERE = {
     "Twist": "voz.events",
     "Utterance": "voz.events",
     "Notice": "voz.events",
-    "decode_many": "voz.apps.batch.many",
+    "decode_many": "voz.apps.batch.batch_decoder",
     "load": "voz.api.load",
     "load_config": "voz.config",
-    "read_results": "voz.apps.batch.results",
+    "read_results": "voz.apps.batch.formats",
 }
 
 __all__ = [

@@ -14,8 +14,8 @@ import soundfile
 from calls import VOZ, in_process
 from recordings import FIXTURES, GO_BACK, Recording
 
+from voz.apps.batch.formats import read_results
 from voz.apps.batch.outcomes import column_name
-from voz.apps.batch.results import read_results
 from voz.language.language_files import PACKAGED_FOLDER
 
 

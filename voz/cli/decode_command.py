@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.scheduler import Finished
-    from voz.apps.batch.tasks import SimulationOptions
+    from voz.apps.batch.worker import SimulationOptions
     from voz.language.language_files import LanguageFiles
     from voz.recognition.interpreter import Details
 
@@ -204,9 +204,8 @@ def decode(
 def _decode_pipe(
     options: DecodeOptions, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
-    from voz.apps.batch.decoding import decode_blocks
+    from voz.apps.batch.decoding import decode_blocks, piped_blocks
     from voz.apps.batch.outcomes import SilentRow
-    from voz.apps.batch.piped import piped_blocks
     from voz.cli.decode_output import writer
     from voz.recognition.engine import RecognitionEngine
     from voz.recognition.speaker.profiles import load_profile
@@ -228,7 +227,7 @@ def _decode_files(
 ) -> bool:
     """Decode recordings on all cores; return whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
-    from voz.apps.batch.remote import shown_name
+    from voz.apps.batch.locations import shown_name
     from voz.cli.decode_output import decode_to_file
 
     inputs = find_inputs(paths, options.glob, _names_on_stdin())
@@ -241,8 +240,8 @@ def _decode_files(
 
 def _prepare_folders(options: DecodeOptions, names: Sequence[str]) -> None:
     """Refuse to replace files that are written for each recording, unless asked."""
-    from voz.apps.batch.file_names import EVENTS_ENDING, check_none_there
-    from voz.apps.batch.text_grids import TEXT_GRID_ENDING
+    from voz.apps.batch.alignments import TEXT_GRID_ENDING
+    from voz.apps.batch.locations import EVENTS_ENDING, check_none_there
     from voz.files import os_errors_as_config_error
 
     if options.textgrids:
@@ -261,7 +260,7 @@ def _batch_decoder(
 
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import digest_of, header_for
-    from voz.apps.batch.tasks import WorkerSetup
+    from voz.apps.batch.worker import WorkerSetup
     from voz.recognition.speaker.profiles import load_profile
 
     known = load_profile(options.profile) if options.profile else None
@@ -302,10 +301,10 @@ def _simulation_options(
 
 
 def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> bool:
+    from voz.apps.batch.alignments import with_text_grids
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.outcomes import with_manifest
     from voz.apps.batch.output import in_input_order
-    from voz.apps.batch.text_grids import with_text_grids
     from voz.cli.decode_output import with_progress, writer
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
@@ -337,7 +336,7 @@ def _stdin() -> BufferedReader:
 
 def _is_sound() -> bool:
     """Whether a WAV comes on standard input, and no list."""
-    from voz.apps.batch.piped import is_wav
+    from voz.apps.batch.decoding import is_wav
 
     return is_wav(_stdin())
 
@@ -356,7 +355,7 @@ def merge(
     Example: voz merge heard-*.jsonl --out heard.jsonl
     """
     from voz.apps.batch.locations import check_output
-    from voz.apps.batch.merging import merge as merge_shards
+    from voz.apps.batch.output import merge as merge_shards
     from voz.files import check_not_read
 
     check_not_read([out], shards)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from voz.apps.batch.summary import Totals, results_for_clips
+from voz.apps.batch.outcomes import Totals, results_for_clips
 from voz.cli.text_io import info, show, show_raw
 from voz.errors import ConfigError
 
@@ -143,12 +143,11 @@ def decode_to_file(
     """Decode recordings into `--out`, and report; return whether some could not be read."""
     from msgspec.structs import replace
 
+    from voz.apps.batch.alignments import with_text_grids
     from voz.apps.batch.fingerprint import digest_of
     from voz.apps.batch.inputs import shard_of
-    from voz.apps.batch.locations import check_output
+    from voz.apps.batch.locations import check_output, shown_name
     from voz.apps.batch.output import ResumeOptions, decode_to_output
-    from voz.apps.batch.remote import shown_name
-    from voz.apps.batch.text_grids import with_text_grids
 
     assert options.out
     output, names = options.out, inputs.names

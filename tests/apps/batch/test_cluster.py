@@ -16,10 +16,10 @@ from calls import in_process
 from distributed import Client
 from recordings import ROOT, Recording
 
-from voz.apps.batch.cluster import dask_executor
+from voz.apps.batch.executors import dask_executor
 from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import WorkerSetup
+from voz.apps.batch.worker import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
@@ -164,7 +164,7 @@ def test_workers_with_other_models_refuse(cluster: str, names: list[str]) -> Non
 
 
 def test_a_cluster_that_is_not_there_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("voz.apps.batch.cluster.CONNECT_TIMEOUT", 1)
+    monkeypatch.setattr("voz.apps.batch.executors.CONNECT_TIMEOUT", 1)
     with (
         pytest.raises(ConfigError, match="no answer"),
         dask_executor("tcp://[::1]:1", SETUP),

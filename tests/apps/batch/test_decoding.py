@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
+import pytest
 import soundfile
 from recordings import Recording
 
 from voz.api.recognizer import Recognizer
-from voz.apps.batch.decoding import decode_recording
+from voz.apps.batch.decoding import decode_recording, piped_blocks
 from voz.apps.batch.outcomes import ErrorRow, SilentRow, UtteranceRow
+from voz.errors import AudioError
 
 
 def test_an_unreadable_recording_does_not_end_the_rest(
@@ -37,3 +40,15 @@ def test_results_do_not_hang_on_the_order(
     there = [decode_recording(recognizer, path).rows for path in paths]
     back = [decode_recording(recognizer, path).rows for path in paths[::-1]]
     assert there == back[::-1]
+
+
+def test_more_channels_than_sound_has_are_refused_before_a_block_is_made(
+    tmp_path: Path,
+) -> None:
+    channels, rate, width = 65_535, 768_000, 2
+    layout = struct.pack("<HHIIHH", 1, channels, rate, 0, channels * width % 65_536, 8 * width)
+    chunks = b"WAVEfmt " + struct.pack("<I", len(layout)) + layout + b"data\xff\xff\xff\x7f"
+    (tmp_path / "pipe").write_bytes(b"RIFF\xff\xff\xff\x7f" + chunks + bytes(1000))
+    with (tmp_path / "pipe").open("rb") as stream, pytest.raises(AudioError) as raised:
+        list(piped_blocks(stream, None))
+    assert str(raised.value) == "-: has 65535 channels; pipe one"

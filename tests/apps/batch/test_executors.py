@@ -19,7 +19,7 @@ from recordings import ROOT, Recording
 from voz.apps.batch.executors import InlineExecutor, ProcessExecutor, process_executor
 from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import WorkerSetup
+from voz.apps.batch.worker import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
@@ -130,7 +130,7 @@ import sys, time
 from pathlib import Path
 from voz.apps.batch.executors import process_executor
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import WorkerSetup
+from voz.apps.batch.worker import WorkerSetup
 from voz.settings import Recognition
 
 if __name__ == "__main__":

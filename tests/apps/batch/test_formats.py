@@ -1,11 +1,12 @@
-"""Outputs: what is written is read back, and the same each time."""
+"""Outputs: what is written is read back, the same each time, also as tables of pandas."""
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from pathlib import Path
 
-import pyarrow as pa
+import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
@@ -23,7 +24,7 @@ from voz.apps.batch.formats import (
 )
 from voz.apps.batch.outcomes import COLUMNS, ErrorRow, Row, SilentRow, UtteranceRow
 from voz.errors import ConfigError
-from voz.events import Alternative, SpokenWord, to_json
+from voz.events import Alternative, SpokenWord
 from voz.settings import Recognition
 
 HEADER = Header(
@@ -115,26 +116,6 @@ def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
     assert second is None
 
 
-def test_what_version_0_1_wrote_is_still_read(tmp_path: Path) -> None:
-    header = replace(HEADER, columns=(), words=False, best=0)
-    line, heard = to_json(header), '"file":"a.wav","start":1.0,"end":2.0,"text":"","confidence":0.5'
-    jsonl, table, parquet = (tmp_path / f"heard{ending}" for ending in TABLE_FORMATS)
-    jsonl.write_text(f'{line}\n{{{heard},"accepted":false}}\n{{"file":"b.wav","seconds":3.0}}\n')
-    cells = "file,start,end,text,confidence,accepted,reason,slots,seconds,error"
-    table.write_text(f"# {line}\n{cells}\na.wav,1.0,2.0,,0.5,false,,,,\nb.wav,,,,,,,,3.0,\n")
-    said = {"file": "a.wav", "start": 1.0, "end": 2.0, "text": "", "confidence": 0.5}
-    rows = [said | {"accepted": False}, {"file": "b.wav", "seconds": 3.0}]
-    written = pa.Table.from_pylist(rows, pa.schema(
-        [("file", pa.string()), ("start", pa.float64()), ("end", pa.float64()),
-         ("text", pa.string()), ("confidence", pa.float64()), ("accepted", pa.bool_()),
-         ("seconds", pa.float64())], metadata={"voz": line}))  # fmt: skip
-    pq.write_table(written, parquet)
-    known = [UtteranceRow("a.wav", 1.0, 2.0, "", 0.5, False), SilentRow("b.wav", 3.0)]
-    for output in (jsonl, table, parquet):
-        with open_output(str(output)) as (read, back):
-            assert (read, list(back)) == (header, known)
-
-
 def test_an_output_without_rows_has_its_header(tmp_path: Path) -> None:
     for ending in TABLE_FORMATS:
         write_output(tmp_path / f"heard{ending}", HEADER, [])
@@ -160,3 +141,59 @@ def test_what_is_no_output_is_a_line(tmp_path: Path, ending: str) -> None:
 def test_rows_are_taken_together_by_recording() -> None:
     found = [SilentRow("a", 1.0), ErrorRow("b", "x"), ErrorRow("b", "y")]
     assert [(file, len(of_file)) for file, of_file in group_by_file(found)] == [("a", 1), ("b", 2)]
+
+
+TABLE_HEADER = Header(
+    "0.1.0", "print", "commands", "models", Recognition(), columns=("speaker", "age")
+)
+ANNE = {"speaker": "anne", "age": "07"}
+ROWS: list[Row] = [
+    SilentRow("a.wav", 1.5, ANNE),
+    UtteranceRow("b.wav", 0.5, 1.25, "go #2, far", 0.875, True, slots={"far": 2}, manifest=ANNE),
+    UtteranceRow("b.wav", 2.0, 3.0, "", 0.0, False, "unsure_between", ("go", "no"), manifest=ANNE),
+    ErrorRow("c.wav", "c.wav: there is no such file"),
+]
+
+
+@pytest.fixture(params=TABLE_FORMATS)
+def output(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    path = tmp_path / f"heard{request.param}"
+    write_output(path, TABLE_HEADER, ROWS)
+    return path
+
+
+def test_results_are_the_same_table_whatever_their_format(output: Path) -> None:
+    table = voz.read_results(output)
+    assert list(table["file"]) == ["a.wav", "b.wav", "b.wav", "c.wav"]
+    assert list(table.columns[-2:]) == ["speaker", "age"]
+    assert table["seconds"].sum() == 1.5
+    assert list(table["accepted"].fillna(False)) == [False, True, False, False]
+    assert table["slots"][1] == {"far": 2}
+    assert tuple(table["between"][2]) == ("go", "no")
+    assert (table["text"][1], table["text"][2], table["age"][1]) == ("go #2, far", "", "07")
+    assert table["error"].count() == 1
+    assert table.attrs["header"]["fingerprint"] == "print"
+
+
+def test_pandas_alone_finds_the_same_columns_and_rows(output: Path) -> None:
+    read = {".jsonl": lambda path: pd.read_json(path, lines=True), ".csv": pd.read_csv}
+    table = read.get(output.suffix, pd.read_parquet)(output)
+    assert list(table.columns) == [*voz.read_results(output).columns, "header"]
+    assert list(table["confidence"].dropna()) == [0.875, 0.0]
+    assert table["header"].count() == 1
+    assert len(table) == len(ROWS)
+
+
+def test_without_pandas_it_is_said_how_to_install_it(
+    output: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setattr("importlib.util._find_spec", lambda *_: None)
+    with pytest.raises(voz.ConfigError, match=r"pandas is not installed; run .*\[pandas\]"):
+        voz.read_results(output)
+
+
+def test_what_is_no_output_is_no_table(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(voz.ConfigError, match="is not an output of `voz decode --out`"):
+        voz.read_results(tmp_path / "mine.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -33,18 +34,19 @@ KNOWN = {name: outcome(name, number % 4) for number, name in enumerate(NAMES)}
 
 @given(st.permutations(NAMES), st.floats(0, 1))
 def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -> None:
+    """A killed process, or one without power, leaves the file that SQLite writes first cut."""
     with tempfile.TemporaryDirectory() as folder:
-        output = f"{folder}/heard.jsonl"
-        path = journal_path(output)
+        begun, output = f"{folder}/begun.jsonl", f"{folder}/heard.jsonl"
+        written = Path(f"{journal_path(begun)}-wal")
         ends = []
-        with open_journal(output, HEADER, NAMES, resume=False) as journal:
+        with open_journal(begun, HEADER, NAMES, resume=False) as journal:
             for name in order:
-                ends.append(path.stat().st_size)
                 journal.add(name, KNOWN[name])
-        size = int(at * path.stat().st_size)
-        ends.append(path.stat().st_size)
-        path.write_bytes(path.read_bytes()[:size])
-        whole = [name for name, end in zip(order, ends[1:], strict=True) if end <= size]
+                ends.append(written.stat().st_size)
+            size = int(at * ends[-1])
+            shutil.copy(journal_path(begun), journal_path(output))
+            Path(f"{journal_path(output)}-wal").write_bytes(written.read_bytes()[:size])
+        whole = [name for name, end in zip(order, ends, strict=True) if end <= size]
         with open_journal(output, HEADER, NAMES, resume=True) as journal:
             missing = [NAMES[number] for number in journal.missing()]
             assert sorted([*missing, *whole]) == NAMES

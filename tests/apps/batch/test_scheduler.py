@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from voz.apps.batch.outcomes import Outcome, SilentRow
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import BatchTask, DecodeTask, TaskResult
+from voz.apps.batch.worker import BatchTask, DecodeTask, TaskResult
 from voz.process.worker_pool import WorkerDied
 
 Given = tuple[Future[TaskResult], DecodeTask]

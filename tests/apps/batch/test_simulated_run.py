@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import GO_BACK, Recording
 
-from voz.apps.batch.file_names import file_name_for
+from voz.apps.batch.locations import file_name_for
 
 pytestmark = pytest.mark.slow
 

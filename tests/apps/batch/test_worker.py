@@ -9,8 +9,7 @@ from recordings import FIXTURES, GO_BACK
 from voz.apps.batch import worker
 from voz.apps.batch.outcomes import Outcome
 from voz.apps.batch.stamps import check_stamps
-from voz.apps.batch.tasks import DecodeTask, WorkerSetup
-from voz.apps.batch.worker import work
+from voz.apps.batch.worker import DecodeTask, WorkerSetup, work
 from voz.language.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 

@@ -1,8 +1,6 @@
 """Output formats: JSON lines, CSV and Parquet, with the same columns; the first row has the header.
 
 A CTM has the words alone, and cannot be read back.
-
-Until version 0.1 the header was a line of its own, or metadata; such outputs are still read.
 """
 
 from __future__ import annotations
@@ -12,15 +10,16 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from itertools import groupby, islice
+from itertools import chain, groupby, islice
+from os import PathLike
 from pathlib import Path, PurePath
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import msgspec
 
-from voz.apps.batch.ctm import COMMENT, ctm_lines
+from voz.apps.batch.alignments import COMMENT, TEXT_GRID_ENDING, ctm_lines
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.locations import local_copy
+from voz.apps.batch.locations import local_copy, shown_name
 from voz.apps.batch.outcomes import (
     COLUMNS,
     DETAIL_COLUMNS,
@@ -29,20 +28,20 @@ from voz.apps.batch.outcomes import (
     parse_row,
     row_fields,
 )
-from voz.apps.batch.remote import shown_name
-from voz.apps.batch.text_grids import TEXT_GRID_ENDING
 from voz.errors import ConfigError
 from voz.extras import require
 from voz.files import atomic_write, os_errors_as_config_error, shown_path
+from voz.records import check_path
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 NUMBER_COLUMNS = ("start", "end", "confidence", "score", "seconds")
 JSON_COLUMNS = ("between", "slots", *DETAIL_COLUMNS, HEADER_COLUMN)
 """Columns whose cells in tables are JSON."""
 
 CTM_ENDING = ".ctm"
-
-OLD_CSV_HEADER_PREFIX = "# "
-OLD_PARQUET_METADATA = b"voz"
 
 PARQUET_BATCH_ROWS = 20_000
 """Rows that are written together, and held in memory."""
@@ -54,7 +53,7 @@ Record: TypeAlias = dict[str, Any]
 
 @dataclass(frozen=True)
 class OutputFormat:
-    """How records are written and read; an old header is read as a record of its own."""
+    """How records are written and read."""
 
     write: Callable[[Path, tuple[str, ...], Iterator[Record]], None]
     read: Callable[[Path], AbstractContextManager[Iterator[Record]]]
@@ -111,7 +110,7 @@ def open_records(output: str) -> Iterator[tuple[Header, Iterator[Record]]]:
             first = next(records)
             header = msgspec.convert(first.pop(HEADER_COLUMN), Header)
             known = [first] if first.get("file") else []
-            yield header, _chained(known, records)
+            yield header, chain(known, records)
     except ConfigError:  # which is a ValueError too
         raise
     except OSError as error:
@@ -148,11 +147,6 @@ def _row(record: Record, header: Header) -> Row:
     return parse_row({**fields, "manifest": manifest} if manifest else fields)
 
 
-def _chained(first: list[Record], records: Iterator[Record]) -> Iterator[Record]:
-    yield from first
-    yield from records
-
-
 def _write_json(path: Path, _: tuple[str, ...], records: Iterator[Record]) -> None:
     with atomic_write(path) as file:
         file.writelines(f"{msgspec.json.encode(record).decode()}\n" for record in records)
@@ -161,13 +155,7 @@ def _write_json(path: Path, _: tuple[str, ...], records: Iterator[Record]) -> No
 @contextmanager
 def _read_json(path: Path) -> Iterator[Iterator[Record]]:
     with path.open(encoding="utf-8") as file:
-        yield map(_from_json, file)
-
-
-def _from_json(line: str) -> Record:
-    found: Record = json.loads(line)
-    is_row = "file" in found  # else an old header, a line of its own
-    return found if is_row else {HEADER_COLUMN: found}
+        yield map(json.loads, file)
 
 
 def _write_csv(path: Path, columns: tuple[str, ...], records: Iterator[Record]) -> None:
@@ -180,12 +168,7 @@ def _write_csv(path: Path, columns: tuple[str, ...], records: Iterator[Record]) 
 @contextmanager
 def _read_csv(path: Path) -> Iterator[Iterator[Record]]:
     with path.open(encoding="utf-8", newline="") as file:
-        start = file.readline()
-        if not (is_old := start.startswith(OLD_CSV_HEADER_PREFIX)):
-            file.seek(0)
-        header = json.loads(start.removeprefix(OLD_CSV_HEADER_PREFIX)) if is_old else None
-        records = (_nested(_from_cells(cells)) for cells in csv.DictReader(file))
-        yield _chained([{HEADER_COLUMN: header}] if is_old else [], records)
+        yield (_nested(_from_cells(cells)) for cells in csv.DictReader(file))
 
 
 def _write_parquet(path: Path, columns: tuple[str, ...], records: Iterator[Record]) -> None:
@@ -208,10 +191,8 @@ def _read_parquet(path: Path) -> Iterator[Iterator[Record]]:
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(path) as file:
-        old = (file.schema_arrow.metadata or {}).get(OLD_PARQUET_METADATA)
         batches = file.iter_batches(PARQUET_BATCH_ROWS)
-        records = (_nested(flat) for batch in batches for flat in batch.to_pylist())
-        yield _chained([{HEADER_COLUMN: json.loads(old)}] if old else [], records)
+        yield (_nested(flat) for batch in batches for flat in batch.to_pylist())
 
 
 def _write_ctm(path: Path, _: tuple[str, ...], records: Iterator[Record]) -> None:
@@ -266,3 +247,28 @@ def _from_cells(cells: Mapping[str, str]) -> Record:
     if cells.get("accepted"):  # an utterance, whose text may be empty
         found |= {"accepted": cells["accepted"] == "true", "text": cells["text"]}
     return found
+
+
+def read_results(output: str | PathLike[str]) -> pd.DataFrame:
+    """Read an output of `voz decode --out` into a DataFrame, the same one whatever its format.
+
+    Args:
+        output: a file that ends with .jsonl, .csv or .parquet, or an address of one.
+
+    Returns:
+        A row for each utterance, silent or unreadable recording; the columns of a manifest are
+        beside the others. `attrs["header"]` is what the output was made by.
+
+    Raises:
+        ConfigError: it is not an output, or pandas is not installed.
+    """
+    require("pandas", "pandas")
+    import pandas as pd
+
+    name = check_path(output, "output")
+    with open_records(name) as (header, records):
+        columns = [*COLUMNS, *header.details, *header.columns]
+        table = pd.DataFrame.from_records(list(records), columns=columns)
+    table = table.astype({**dict.fromkeys(NUMBER_COLUMNS, "float64"), "accepted": "boolean"})
+    table.attrs["header"] = msgspec.to_builtins(header)
+    return table

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from voz.apps.batch.locations import is_remote, shown_name
 from voz.apps.batch.outcomes import ManifestFields, column_name
-from voz.apps.batch.remote import is_remote, shown_name
 from voz.apps.recordings.manifest import Clip, parse_records, read_manifest
 from voz.errors import ConfigError
 from voz.extras import require

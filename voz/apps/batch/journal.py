@@ -1,117 +1,104 @@
-"""The outcomes so far, on disk: a line for each recording, in the order in which they end.
+"""The outcomes so far, in a database of SQLite beside the output.
 
-A killed process may leave part of a line, which is cut off the next time. The output is made of the
-journal at the end, in the order of the input.
+Each outcome is a transaction of its own. The output is made of the journal at the end, in the order
+of the input.
 """
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import os
+import sqlite3
 import time
-from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import TypeAlias
 
 import msgspec
-from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
-from voz.apps.batch.locations import journal_path
-from voz.apps.batch.outcomes import ErrorRow, Outcome, parse_row, row_type
-from voz.apps.batch.remote import shown_name
+from voz.apps.batch.locations import journal_path, shown_name
+from voz.apps.batch.outcomes import Outcome, parse_row
 from voz.apps.batch.stamps import RecordingStamp, Stamp
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import os_errors_as_config_error, shown_path
 
-FSYNC_INTERVAL = 5.0
+SYNC_INTERVAL = 5.0
 """How often the journal is synced to the disk, s: a power failure loses so much, a kill nothing."""
 
-NO_OFFSET = -1
+SETUP = """
+PRAGMA locking_mode = EXCLUSIVE;  -- until it is closed; NFS cannot share memory for other ways
+PRAGMA journal_mode = WAL;
+PRAGMA synchronous = NORMAL;
+CREATE TABLE IF NOT EXISTS run (header TEXT);
+CREATE TABLE IF NOT EXISTS recording
+    (file TEXT PRIMARY KEY, rows TEXT, seconds REAL, cpu REAL, failed INTEGER, stamp TEXT)
+    WITHOUT ROWID;
+CREATE TEMP TABLE input (number INTEGER PRIMARY KEY, file TEXT);
+"""
 
-
-class JournalEntry(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A line: the rows of a recording, its length, s, and its state when it was decoded."""
-
-    file: str
-    rows: tuple[dict[str, object], ...]
-    seconds: float = 0.0
-    cpu: float = 0.0
-    stamp: Stamp | None = None
+NamedOutcomes: TypeAlias = Iterable[tuple[str, Outcome]]
+"""Recordings, as results name them, and their outcomes."""
 
 
 class Journal:
     """Outcomes by recording; made by `open_journal`."""
 
-    def __init__(self, file: int, names: Sequence[str]) -> None:
-        """Read a file, open for reading and writing, of recordings as results name them."""
-        self._file = file
-        self._numbers = {name: number for number, name in enumerate(names)}
-        self._at = array("q", [NO_OFFSET]) * len(names)
-        self._failed = bytearray(len(names))
-        self._saved = time.monotonic()
-        with _reader(file) as lines:
-            self._end = len(lines.readline())
-            while (entry := _entry(line := lines.readline())) is not None:
-                self._note(entry)
-                self._end += len(line)
-        os.ftruncate(file, self._end)
+    def __init__(self, database: sqlite3.Connection, path: Path, names: Sequence[str]) -> None:
+        """Take a database, at a path, of recordings as results name them."""
+        self._database, self._path = database, path
+        self._synced = time.monotonic()
+        with _transaction(database):
+            given = ((number, _text(name)) for number, name in enumerate(names))
+            database.executemany("INSERT INTO input VALUES (?, ?)", given)
 
     def missing(self, failed: bool = False) -> list[int]:
         """The indexes of recordings without an outcome, and of failed ones if asked."""
-        return [
-            n for n, at in enumerate(self._at) if at == NO_OFFSET or (failed and self._failed[n])
-        ]
+        found = self._database.execute(
+            "SELECT number FROM input LEFT JOIN recording USING (file)"
+            " WHERE rows IS NULL OR (? AND failed) ORDER BY number",
+            (failed,),
+        )
+        return [number for (number,) in found]
 
     def add(self, file: str, outcome: Outcome) -> None:
-        """Append an outcome, all of it or nothing; raises OSError if it cannot be written."""
-        rows = tuple(msgspec.to_builtins(row) for row in outcome.rows)
-        self._append(JournalEntry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
-
-    def _append(self, entry: JournalEntry) -> None:
-        length = _write(self._file, self._end, entry)
-        self._note(entry)
-        self._end += length
-        if time.monotonic() > self._saved + FSYNC_INTERVAL:
-            os.fsync(self._file)
-            self._saved = time.monotonic()
+        """Keep an outcome; raises sqlite3.Error if it cannot be written."""
+        _insert(self._database, [(file, outcome)])
+        if time.monotonic() > self._synced + SYNC_INTERVAL:
+            self._database.execute("PRAGMA wal_checkpoint")
+            self._synced = time.monotonic()
 
     def outcomes(self) -> Iterator[Outcome]:
         """All outcomes in the order of the recordings; each must have one."""
-        with _reader(self._file) as lines:
-            for at in self._at:
-                lines.seek(at)
-                entry = _entry(lines.readline())
-                assert entry is not None
-                rows = tuple(parse_row(row) for row in entry.rows)
-                yield Outcome(rows, entry.seconds, entry.cpu, entry.stamp)
+        found = self._database.execute(
+            "SELECT rows, seconds, cpu, stamp FROM input JOIN recording USING (file)"
+            " ORDER BY number"
+        )
+        for rows, seconds, cpu, stamp in found:
+            parsed = tuple(map(parse_row, msgspec.json.decode(rows)))
+            yield Outcome(parsed, seconds, cpu, _stamp(stamp))
 
     def stamps(self) -> Iterator[tuple[int, RecordingStamp]]:
         """Index and stamp of each recording that has an outcome, in their order."""
-        with _reader(self._file) as lines:
-            for number, at in enumerate(self._at):
-                if at != NO_OFFSET:
-                    lines.seek(at)
-                    yield number, msgspec.json.decode(lines.readline(), type=RecordingStamp)
+        found = self._database.execute(
+            "SELECT number, file, stamp FROM input JOIN recording USING (file) ORDER BY number"
+        )
+        for number, file, stamp in found:
+            yield number, RecordingStamp(file, _stamp(stamp))
 
     def set_stamp(self, number: int, stamp: Stamp) -> None:
         """Give a recording with the same bytes a new stamp."""
-        with _reader(self._file) as lines:
-            lines.seek(self._at[number])
-            entry = _entry(lines.readline())
-        assert entry is not None
-        self._append(replace(entry, stamp=stamp))
+        self._database.execute(
+            "UPDATE recording SET stamp = ? WHERE file = (SELECT file FROM input WHERE number = ?)",
+            (to_json(stamp), number),
+        )
 
-    def _note(self, entry: JournalEntry) -> None:
-        """Remember the offset of a line that begins at the end."""
-        number = self._numbers.get(entry.file)
-        if number is not None:  # else it is not in this input
-            self._at[number] = self._end
-            self._failed[number] = bool(entry.rows) and row_type(entry.rows[-1]) is ErrorRow
+    def remove(self) -> None:
+        """Remove the journal, whose output is written, before another run can lock it."""
+        # Else closing it would remove a file beside it, which may be of the next run by then.
+        self._database.execute("PRAGMA journal_mode = MEMORY")
+        self._path.unlink()
 
 
 @contextmanager
@@ -121,7 +108,7 @@ def open_journal(
     names: Sequence[str],
     *,
     resume: bool,
-    finished: Iterable[JournalEntry] = (),
+    finished: NamedOutcomes = (),
     overwrite: bool = False,
 ) -> Iterator[Journal]:
     """Open the journal of an output and lock it, for the length of a `with` block.
@@ -130,16 +117,16 @@ def open_journal(
         output: for which it is.
         header: of this run.
         names: the recordings of this run, as results name them.
-        resume: whether to go on from what is there, or else from the `finished` entries.
-        finished: those of the output that a run goes on from.
+        resume: whether to go on from what is there, or else from what is `finished`.
+        finished: the outcomes in the output that a run goes on from.
         overwrite: whether to begin again, whatever is there.
 
     Raises:
         ConfigError: another run has it, it is there and should not be, or has another header.
     """
     path = journal_path(output)
-    with os_errors_as_config_error(path), _locked(path, output) as file:
-        there = _header_there(file, path)
+    with os_errors_as_config_error(path), _database(path, output) as database:
+        there = _header_there(database, path)
         if there and resume:
             check_same_run(there, header, output)
         elif there and not overwrite:
@@ -148,23 +135,12 @@ def open_journal(
                 "or start again with --overwrite"
             )
         else:
-            os.ftruncate(file, 0)
-            end = _write(file, 0, header)
-            for entry in finished:
-                end += _write(file, end, entry)
-        yield Journal(file, names)
-
-
-def _header_there(file: int, path: Path) -> Header | None:
-    """Read the header; None if there is none, as in a new journal."""
-    with _reader(file) as lines:
-        line = lines.readline()
-    if not line.endswith(b"\n"):
-        return None
-    try:
-        return msgspec.json.decode(line, type=Header)
-    except msgspec.MsgspecError as error:
-        raise ConfigError(f"{shown_path(path)}: is not a journal of voz; remove it") from error
+            with _transaction(database):
+                database.execute("DELETE FROM run")
+                database.execute("DELETE FROM recording")
+                database.execute("INSERT INTO run VALUES (?)", (to_json(header),))
+                _insert(database, finished)
+        yield Journal(database, path, names)
 
 
 def check_same_run(there: Header, header: Header, output: str) -> None:
@@ -182,56 +158,60 @@ def check_same_run(there: Header, header: Header, output: str) -> None:
 
 
 @contextmanager
-def _locked(path: Path, output: str) -> Iterator[int]:
-    file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+def _database(path: Path, output: str) -> Iterator[sqlite3.Connection]:
+    """Open a journal, or make it, and lock it."""
+    path.touch()
+    seen = path.stat()
     try:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ConfigError(
-                f"{shown_name(output)}: is being written by another run; wait for it, or name "
-                "another file by --out"
-            ) from None
-        if not _is_still(path, file):
-            raise ConfigError(f"{shown_name(output)}: was just written by another run")
-        yield file
-    finally:
-        os.close(file)
-
-
-def _is_still(path: Path, file: int) -> bool:
-    """Whether a path leads to an open file: another run may have removed it meanwhile."""
-    try:
-        return os.path.samestat(path.stat(), os.fstat(file))
-    except OSError:
-        return False
+        with closing(sqlite3.connect(path, timeout=0, isolation_level=None)) as database:
+            database.executescript(SETUP)
+            if not path.exists() or not os.path.samestat(path.stat(), seen):
+                raise ConfigError(f"{shown_name(output)}: was just written by another run")
+            yield database
+    except sqlite3.OperationalError as error:
+        if "locked" not in str(error):
+            raise ConfigError(f"{shown_path(path)}: cannot be written ({error})") from error
+        raise ConfigError(
+            f"{shown_name(output)}: is being written by another run; wait for it, or name "
+            "another file by --out"
+        ) from None
+    except sqlite3.DatabaseError as error:
+        raise _no_journal(path) from error
 
 
 @contextmanager
-def _reader(file: int) -> Iterator[BinaryIO]:
-    """Read from the beginning, without an old buffer."""
-    with open(file, "rb", closefd=False) as lines:
-        lines.seek(0)
-        yield lines
+def _transaction(database: sqlite3.Connection) -> Iterator[None]:
+    database.execute("BEGIN")
+    with database:
+        yield
 
 
-def _write(file: int, at: int, record: msgspec.Struct) -> int:
-    """Write a line, all of it or nothing; returns its length in bytes."""
-    data = to_json(record).encode("utf-8", "backslashreplace") + b"\n"
+def _header_there(database: sqlite3.Connection, path: Path) -> Header | None:
+    """Read the header; None if there is none, as in a new journal."""
+    found = database.execute("SELECT header FROM run").fetchone()
     try:
-        if os.pwrite(file, data, at) < len(data):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    except OSError:
-        os.ftruncate(file, at)
-        raise
-    return len(data)
+        return found and msgspec.json.decode(found[0], type=Header)
+    except msgspec.MsgspecError as error:
+        raise _no_journal(path) from error
 
 
-def _entry(line: bytes) -> JournalEntry | None:
-    """Decode a line; None if it is incomplete."""
-    if not line.endswith(b"\n"):
-        return None
-    try:
-        return msgspec.json.decode(line, type=JournalEntry)
-    except msgspec.MsgspecError:
-        return None
+def _no_journal(path: Path) -> ConfigError:
+    return ConfigError(f"{shown_path(path)}: is not a journal of voz; remove it")
+
+
+def _insert(database: sqlite3.Connection, decoded: NamedOutcomes) -> None:
+    records = (
+        (_text(file), f"[{','.join(map(to_json, o.rows))}]", o.seconds, o.cpu, o.failed,
+         o.stamp and to_json(o.stamp))
+        for file, o in decoded
+    )  # fmt: skip
+    database.executemany("INSERT OR REPLACE INTO recording VALUES (?, ?, ?, ?, ?, ?)", records)
+
+
+def _text(name: str) -> str:
+    """A name of which SQLite takes every character."""
+    return name.encode("utf-8", "backslashreplace").decode()
+
+
+def _stamp(found: str | None) -> Stamp | None:
+    return msgspec.json.decode(found, type=Stamp) if found else None

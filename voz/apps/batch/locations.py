@@ -1,21 +1,153 @@
-"""Where an output is: a file, or an address that fsspec reads and writes whole.
+"""Where recordings and outputs are: files, or addresses that fsspec opens.
 
-The journal of an address is a file in the working folder, since objects cannot be appended to.
+The worker that decodes a recording fetches it. An output at an address is written whole; its
+journal is a file in the working folder, since objects cannot be appended to.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from voz.apps.batch.file_names import file_name_for
-from voz.apps.batch.remote import is_remote, local_recording, reason_of, remote_info
 from voz.errors import AudioError, ConfigError
 from voz.extras import require
-from voz.files import check_new, check_writable, file_exists_error
+from voz.files import check_new, check_writable, file_exists_error, sha256, shown_path
+
+MOST_FETCHED_BYTES = 4_000_000_000
+"""A stream may be endless; a day of 16 bits at 16 kHz has 2.8 GB."""
+
+FETCH_CHUNK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class LocalRecording:
+    """A recording on this machine: its path, and its name in results."""
+
+    path: Path
+    name: str
+
+
+def is_remote(name: str) -> bool:
+    """Whether a name is an address, as `s3://bucket/file.wav`, and not a path."""
+    return "://" in name
+
+
+def shown_name(name: str) -> str:
+    """A path or an address as results have it."""
+    return name if is_remote(name) else shown_path(Path(name))
+
+
+@contextmanager
+def local_recording(name: str, base: str = "") -> Iterator[LocalRecording]:
+    """Have a recording on this machine, fetched if need be, in a `with` block.
+
+    Args:
+        name: a path, or an address that fsspec opens.
+        base: the folder that a path is relative to; empty for the working folder.
+
+    Raises:
+        AudioError: it cannot be fetched.
+        ConfigError: fsspec is not installed, or does not know such addresses.
+    """
+    if not is_remote(name):
+        yield LocalRecording(Path(base, name), shown_name(name))
+        return
+    with tempfile.NamedTemporaryFile(prefix="voz-", suffix=Path(name).suffix) as file:
+        for piece in _pieces(name):
+            file.write(piece)
+        file.flush()
+        yield LocalRecording(Path(file.name), name)
+
+
+def remote_info(name: str) -> dict[str, Any] | None:
+    """What a store says of an object, as its size and ETag; None if nothing."""
+    try:
+        from fsspec.core import url_to_fs
+
+        system, path = url_to_fs(name)
+        system.invalidate_cache()  # its answers are cached
+        return dict(system.info(path))
+    except Exception:  # each of its file systems fails in its own way
+        return None
+
+
+def _pieces(name: str) -> Iterator[bytes]:
+    require("remote", "fsspec")
+    import fsspec
+
+    read = 0
+    try:
+        with fsspec.open(name, "rb") as remote:
+            while piece := remote.read(FETCH_CHUNK_BYTES):
+                read += len(piece)
+                if read > MOST_FETCHED_BYTES:
+                    limit = f"{MOST_FETCHED_BYTES / 1e9:g} GB"
+                    raise AudioError(f"{name}: is larger than {limit}; cut it")
+                yield piece
+    except (AudioError, MemoryError):
+        raise
+    except Exception as error:  # each of its file systems fails in its own way
+        raise AudioError(f"{name}: cannot be fetched ({reason_of(error)})") from error
+
+
+def reason_of(error: Exception) -> str:
+    """The message of an error of fsspec in one line."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+LONGEST_FILE_NAME = 200
+"""Bytes; file systems take 255, with endings."""
+
+EVENTS_ENDING = ".jsonl"
+"""Of the events of a simulated run."""
+
+FOLDER_SEPARATOR = "+"
+"""Stands in names of files for the `/` between folders."""
+
+ESCAPED_CHARACTERS = frozenset(r'%+\:*?"<>|')
+"""What file systems refuse or programs take for something else, and what stands for others."""
+
+
+def file_name_for(name: str) -> str:
+    """Make a unique file name of a path or an address: `rooms+kitchen+1.wav`."""
+    escaped = "".join(map(_in_file_name, name))
+    if escaped.startswith("."):  # else it would be hidden, or lead elsewhere
+        escaped = _escaped(".") + escaped[1:]
+    encoded = escaped.encode()
+    if len(encoded) <= LONGEST_FILE_NAME:
+        return escaped
+    end = encoded[-LONGEST_FILE_NAME // 2 :].decode(errors="ignore")
+    return f"{sha256(encoded).hexdigest()[:16]}-{end}"
+
+
+def _in_file_name(character: str) -> str:
+    if character == "/":
+        return FOLDER_SEPARATOR
+    if character.isprintable() and character not in ESCAPED_CHARACTERS:
+        return character
+    return _escaped(character)
+
+
+def _escaped(text: str) -> str:
+    return "".join(f"%{byte:02X}" for byte in text.encode("utf-8", "surrogateescape"))
+
+
+def check_none_there(folder: Path, names: Iterable[str], ending: str) -> None:
+    """Refuse to replace files of an earlier run; raises ConfigError.
+
+    Args:
+        folder: where the files are.
+        names: the recordings, as results name them.
+        ending: of the files.
+    """
+    for name in names:
+        check_new(folder / (file_name_for(name) + ending), overwrite=False)
+
 
 JOURNAL_ENDING = ".journal"
 STAMPS_ENDING = ".recordings"

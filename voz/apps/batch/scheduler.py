@@ -11,6 +11,7 @@ from queue import SimpleQueue
 from typing import NamedTuple
 
 from voz.apps.batch.executors import Executor
+from voz.apps.batch.locations import is_remote, shown_name
 from voz.apps.batch.long_recordings import (
     CutPlan,
     DecodedPart,
@@ -20,9 +21,8 @@ from voz.apps.batch.long_recordings import (
     without_cut,
 )
 from voz.apps.batch.outcomes import Outcome, failed_outcome
-from voz.apps.batch.remote import is_remote, shown_name
 from voz.apps.batch.stamps import stamp_of
-from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, PartTask, TaskResult
+from voz.apps.batch.worker import BatchTask, CutTask, DecodeTask, PartTask, TaskResult
 from voz.errors import AudioError
 from voz.process.worker_pool import WorkerDied
 

@@ -13,10 +13,9 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.file_names import EVENTS_ENDING, file_name_for
+from voz.apps.batch.locations import EVENTS_ENDING, LocalRecording, file_name_for
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
-from voz.apps.batch.remote import LocalRecording
-from voz.apps.batch.tasks import SimulationOptions
+from voz.apps.batch.worker import SimulationOptions
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json

@@ -18,8 +18,13 @@ from typing import BinaryIO
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.locations import local_copy, stamps_path
-from voz.apps.batch.remote import is_remote, local_recording, remote_info
+from voz.apps.batch.locations import (
+    is_remote,
+    local_copy,
+    local_recording,
+    remote_info,
+    stamps_path,
+)
 from voz.errors import ConfigError, VozError
 from voz.events import to_json
 from voz.files import atomic_write, os_errors_as_config_error, sha256, shown_path

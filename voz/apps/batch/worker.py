@@ -1,4 +1,4 @@
-"""Executes a task in a worker: the models are loaded once, and a bad recording is only a row."""
+"""The tasks of a worker: the models are loaded once, and a bad recording is only a row."""
 
 from __future__ import annotations
 
@@ -7,21 +7,80 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import TypeAlias
 
+import msgspec
 from msgspec.structs import replace
 
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.fingerprint import check_same
-from voz.apps.batch.long_recordings import decode_part, is_long, plan_cuts
+from voz.apps.batch.locations import LocalRecording, local_recording, shown_name
+from voz.apps.batch.long_recordings import (
+    CutPlan,
+    DecodedPart,
+    RecordingPart,
+    decode_part,
+    is_long,
+    plan_cuts,
+)
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, failed_outcome
-from voz.apps.batch.remote import LocalRecording, local_recording, shown_name
 from voz.apps.batch.stamps import stamp_of, with_checksum
-from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, TaskResult, WorkerSetup
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
 from voz.language.language_files import LanguageFiles
 from voz.recognition.engine import RecognitionEngine
+from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.recognition.speaker.profiles import load_profile
+from voz.settings import Recognition
+
+
+class SimulationOptions(msgspec.Struct, frozen=True):
+    """How recordings drive."""
+
+    folder: str  # for the events and pictures
+    settings: bytes  # all of them, as JSON
+    listening: bool = False  # whether commands are obeyed before a `start speech`
+    pictures: bool = False  # whether the ways are drawn
+
+
+class WorkerSetup(msgspec.Struct, frozen=True):
+    """What all workers are told once."""
+
+    folder: str  # the language files
+    settings: Recognition
+    profile: str | None = None  # the name of a speaker's
+    memory: int | None = None  # that a worker may need besides the models, bytes; None is no limit
+    fingerprint: str | None = None  # a worker with another one refuses
+    base: str = ""  # the folder that paths are relative to, on a cluster
+    simulation: SimulationOptions | None = None  # None if recordings drive no robot
+    details: Details = NO_DETAILS  # what rows have besides
+
+
+class DecodeTask(msgspec.Struct, frozen=True):
+    """Recordings to be decoded."""
+
+    names: tuple[str, ...]  # paths and addresses
+    cut: bool = False  # whether long ones come back as None, to be cut
+
+
+class CutTask(msgspec.Struct, frozen=True):
+    """Find where a long recording can be cut."""
+
+    name: str
+
+
+class PartTask(msgspec.Struct, frozen=True):
+    """Decode a part of a long recording."""
+
+    name: str
+    part: RecordingPart
+
+
+BatchTask: TypeAlias = DecodeTask | CutTask | PartTask
+
+TaskResult: TypeAlias = tuple[Outcome | None, ...] | CutPlan | DecodedPart | None
+"""Of files an outcome for each, None for one to be cut; of a cutting the plan, if there is one."""
+
 
 BYTES_PER_MEGABYTE = 1_000_000
 

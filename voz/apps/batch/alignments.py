@@ -1,15 +1,16 @@
-"""Words and utterances as Praat shows them beside the sound: a TextGrid for each recording.
+"""Words with their times: CTM for NIST's `sclite`, and a TextGrid for Praat.
 
-The format is in Praat's manual, https://www.fon.hum.uva.nl/praat/manual/TextGrid_file_formats.html.
+https://github.com/usnistgov/SCTK/blob/master/doc/infmts.htm
+https://www.fon.hum.uva.nl/praat/manual/TextGrid_file_formats.html
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from voz.apps.batch.file_names import file_name_for
+from voz.apps.batch.locations import file_name_for
 from voz.apps.batch.outcomes import Outcome, UtteranceRow
 from voz.events import explain
 from voz.files import atomic_write, os_errors_as_config_error
@@ -17,7 +18,39 @@ from voz.files import atomic_write, os_errors_as_config_error
 if TYPE_CHECKING:
     from voz.apps.batch.scheduler import Finished
 
+
+COMMENT = ";;"
+CHANNEL = "1"
+
 TEXT_GRID_ENDING = ".TextGrid"
+
+
+def ctm_lines(record: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a line for each word of a row; those of refused utterances are comments.
+
+    Args:
+        record: the fields of a row by their columns.
+    """
+    if record["error"]:
+        yield f"{COMMENT} {' '.join(record['error'].split())}"
+    before = "" if record["accepted"] else f"{COMMENT} "
+    for each in record["words"] or ():
+        begin = max(0.0, each["start"])
+        times = f"{begin:.3f} {max(0.0, each['end'] - begin):.3f}"
+        name = ctm_name(record["file"])
+        yield f"{before}{name} {CHANNEL} {times} {each['word']} {record['confidence']:.3f}"
+
+
+def ctm_name(file: str) -> str:
+    """A recording as a CTM names it: white space, which ends a name there, is escaped."""
+    escaped = "".join(map(_escaped, file))
+    return escaped.replace(";", "%3B", 1) if escaped.startswith(";") else escaped
+
+
+def _escaped(character: str) -> str:
+    if character != "%" and character.isprintable() and not character.isspace():
+        return character
+    return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "backslashreplace"))
 
 
 class Interval(NamedTuple):

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.formats import TABLE_FORMATS, write_output
-from voz.apps.batch.merging import merge
 from voz.apps.batch.outcomes import Row, SilentRow
+from voz.apps.batch.output import merge
 from voz.errors import ConfigError
 from voz.settings import Recognition
 

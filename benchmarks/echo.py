@@ -26,7 +26,7 @@ from mix_rooms import is_held_back
 from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
-from voz.apps.web.page_playback import PLAYBACK_DELAY
+from voz.apps.web.page_sound import PLAYBACK_DELAY
 from voz.audio import SAMPLE_RATE
 from voz.audio.echo import EchoCanceller
 from voz.audio.echo_alignment import MAX_ECHO_DELAY

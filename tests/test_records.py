@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 import voz
-from voz.apps.web.json_requests import decode_json
+from voz.apps.web.control_api import decode_json
 from voz.apps.web.page_messages import Alarms
 from voz.config import Config, load_config, overridden
 from voz.control.motion import Motion, apply_step

@@ -19,9 +19,9 @@ from wyoming.asr import Transcript
 from voz.apps.servers.connections import WYOMING_PLACES, ConnectionGuard
 from voz.apps.web.live_page import LivePage
 from voz.apps.web.picture import DeadReckoningPicture
-from voz.apps.wyoming.command_handler import CommandHandler
-from voz.apps.wyoming.robot_service import RobotService
+from voz.apps.wyoming.robot_service import CommandHandler, RobotService
 from voz.control.messages import End, Halt, Rehearsal, Renewal
+from voz.events import Event
 from voz.hearing.microphone_thread import SoundSource
 from voz.run.live import TakeText, drive_live
 from voz.run.session import Session
@@ -215,6 +215,10 @@ class Service(RobotService):
     def serving(self) -> Any:
         """Serve nobody."""
         return nullcontext()
+
+    def receive(self, event: Event) -> None:
+        """Take an event on the test's thread."""
+        self._robot.bridge.receive(event)
 
     async def give(self, text: str) -> None:
         """Give a sentence as Home Assistant does, on a connection of its own."""

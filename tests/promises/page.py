@@ -15,7 +15,7 @@ from promises.sound import WORKED, Room
 from starlette.types import ASGIApp, Message
 
 from voz.apps.web.access_control import AccessControl
-from voz.apps.web.browser_microphone import BrowserMicrophone
+from voz.apps.web.page_sound import BrowserMicrophone
 from voz.audio import SAMPLE_RATE, Samples
 
 HEADER = struct.Struct("<IId")

@@ -30,8 +30,7 @@ def commands(
     """
     from importlib.resources import files
 
-    from voz.apps.card.card_page import card_page
-    from voz.apps.card.command_card import card_lines, command_card
+    from voz.apps.card.command_card import card_lines, card_page, command_card
     from voz.files import shown_path
     from voz.language.language_files import list_sources
     from voz.language.patterns import read_patterns

@@ -21,7 +21,7 @@ from voz.process.signals import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
-    from voz.apps.web.page_address import PageAddress
+    from voz.apps.web.web_server import PageAddress
     from voz.config import Config
     from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
@@ -234,7 +234,7 @@ def _chosen_microphone(options: RunOptions) -> str | None:
 def _page_site(options: RunOptions) -> Iterator[PageAddress]:
     """Take the page's address for a `with` block, and show it; raises ConfigError."""
     require_page()
-    from voz.apps.web.page_address import open_page_address, qr_code
+    from voz.apps.web.web_server import open_page_address, qr_code
 
     authority = data_folder("certificates") if options.https else None
     with open_page_address(options.web_host, options.web_port, authority) as site:

@@ -44,8 +44,8 @@ def view(
     """
     require_page()
     from voz.apps.recordings.sessions import read_recordings, read_session
-    from voz.apps.web.page_address import open_page_address
     from voz.apps.web.session_page import session_record, show_session
+    from voz.apps.web.web_server import open_page_address
     from voz.files import shown_path
 
     settings = CommonOptions(config=config).settings().simulator if room else None

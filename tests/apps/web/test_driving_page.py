@@ -14,11 +14,11 @@ from language.template_texts import commands_of
 from starlette.exceptions import HTTPException
 
 import voz
+from voz.apps.servers.command_bridge import CommandBridge
 from voz.apps.web import page_registry
-from voz.apps.web.command_bridge import CommandBridge
 from voz.apps.web.driver_lock import DRIVER_TIMEOUT, PAGE_GONE
-from voz.apps.web.event_history import EventHistory
 from voz.apps.web.live_page import LivePage
+from voz.apps.web.page_messages import EventHistory
 from voz.apps.web.page_registry import COUNTS_AS_GONE, NOT_DRIVING, OpenPage, PageRegistry
 from voz.control.messages import End
 from voz.events import Event, Notice, Utterance

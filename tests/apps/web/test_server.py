@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import voz
-from voz.apps.web.event_history import Record
+from voz.apps.web.page_messages import Record
 from voz.audio import SAMPLE_RATE
 
 pytestmark = pytest.mark.slow

@@ -18,8 +18,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 from recordings import FIXTURES
 
 from voz.apps.recordings.manifest import MANIFEST_NAME
-from voz.apps.recordings.recent_sound import Excerpt
-from voz.apps.recordings.recording_folder import RecordingFolder
+from voz.apps.recordings.recorder import Excerpt, RecordingFolder
 from voz.apps.recordings.sessions import read_recordings, read_session
 from voz.apps.web.session_page import session_record
 from voz.audio.sound_files import read_blocks

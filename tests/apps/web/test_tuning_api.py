@@ -1,8 +1,10 @@
-"""How many false alarms there may be is set on the page, and holds at once."""
+"""What the driving page may set, and play, while the robot is driven."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from contextlib import suppress
 from operator import itemgetter
 from pathlib import Path
 
@@ -10,6 +12,8 @@ import httpx
 import numpy as np
 import pytest
 from browser_page import barriers, drive, opened
+from hypothesis import given
+from hypothesis import strategies as st
 from live_robot import warns
 from msgspec.structs import replace
 from operator_page import Page, PageRobot, heard, page_robot, with_noise
@@ -19,7 +23,10 @@ from programs import wait_until
 from recordings import FIXTURES
 
 from voz.api.recognizer import Recognizer
+from voz.apps.web.tuning_api import FalseAlarmSetting
 from voz.audio import SAMPLE_RATE
+from voz.errors import ConfigError
+from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import Models, load_models, save_models
 from voz.recognition.engine import confidence_model
 from voz.recognition.thresholds import thresholds_of
@@ -168,3 +175,30 @@ def test_where_it_is_not_known_what_it_costs_the_slider_says_why(
         with opened_without_browser(robot) as other:
             other.drive(over=True)
             assert why in turn(robot, other, 1).json()["error"]
+
+
+@pytest.fixture(scope="module")
+def turned(language: LanguageFiles) -> Recognizer:
+    return Recognizer(language, Recognition())
+
+
+@given(alarms=st.floats() | st.integers())
+def test_no_number_beyond_what_is_known_is_set(turned: Recognizer, alarms: float) -> None:
+    setting = FalseAlarmSetting(turned, Recognition(), lambda *_, **__: None)
+    with suppress(ConfigError):
+        setting.set(alarms)
+    known = [cost.alarms for cost in confidence_model(turned).costs]
+    assert min(known) <= setting.alarms <= max(known)
+    needed = turned.threshold_of("go forward")
+    assert needed is not None
+    assert 0 < needed < 1
+
+
+@pytest.mark.parametrize("alarms", [math.nan, math.inf, 0, -1])
+def test_a_recognizer_takes_no_such_number_from_a_program_either(
+    turned: Recognizer, alarms: float
+) -> None:
+    before = turned.threshold_of("go forward")
+    with pytest.raises(ConfigError, match=r"at `Recognition\.false_alarms_per_hour`"):
+        turned.set_false_alarm_rate(alarms)
+    assert turned.threshold_of("go forward") == before

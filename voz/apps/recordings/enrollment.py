@@ -12,7 +12,7 @@ from rich.console import Console
 
 from voz.apps.recordings.calibration import MIN_SENTENCES, Said, sentences_in
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
-from voz.apps.recordings.recording_folder import save_recording
+from voz.apps.recordings.recorder import save_recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import Segment
 from voz.audio.segmenter import Segmenter

@@ -1,1 +1,1 @@
-"""What all servers of voz share: bounds of connections and rates."""
+"""What all servers of voz share: bounds of connections and rates, and the way of a command."""

@@ -1,4 +1,4 @@
-"""The connections of voz's servers: clients that do nothing keep nobody out.
+"""The connections of voz's servers, and their rates: clients that do nothing keep nobody out.
 
 Who may come in cannot be known before a client has sent something, and behind a tunnel or a proxy
 all come from one address. So every connection is accepted, and is idle until its client has sent
@@ -17,10 +17,10 @@ import resource
 import socket
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import astuple, dataclass
-from functools import partial
+from functools import lru_cache, partial
 from ipaddress import ip_address, ip_network
 from itertools import count
 from typing import Any
@@ -225,3 +225,36 @@ def open_listening_socket(
         listener.listen(guard.places.backlog)
         failing.pop_all()
     return listener
+
+
+REQUEST_RATE, REQUEST_BURST = 100.0, 400.0
+"""Requests or events per second, and at once, from one network; fifty pages open with 400.
+
+Stops are not limited.
+"""
+
+MAX_CLIENTS = 1000
+"""Clients that are counted; for one more, the one that was silent for longest is forgotten."""
+
+
+class RateLimit:
+    """Allows so many per second, and a burst of so many at once."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate = rate
+        self._burst = self._left = burst
+        self._last = 0.0
+
+    def allows(self, now: float, amount: float = 1.0) -> bool:
+        """Return whether so much more may come at a time, s, and count it if so."""
+        self._left = min(self._burst, self._left + (now - self._last) * self._rate)
+        self._last = now
+        if amount > self._left:
+            return False
+        self._left -= amount
+        return True
+
+
+def rate_limit_per_client(rate: float, burst: float) -> Callable[[Hashable], RateLimit]:
+    """Return a function from a client to the limit of its own."""
+    return lru_cache(MAX_CLIENTS)(lambda _client: RateLimit(rate, burst))

@@ -17,8 +17,7 @@ from urllib.request import Request, urlopen
 
 import msgspec
 
-from voz.apps.web.command_bridge import PAGE_SOURCE
-from voz.apps.web.page_messages import Command, Drive, FromPage, Leave, Seen
+from voz.apps.web.page_messages import PAGE_SOURCE, Command, Drive, FromPage, Leave, Seen
 from voz.control.table import STOP
 from voz.errors import ConfigError, RobotError
 from voz.events import Utterance

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+import io
+import platform
+import sys
+import zipfile
+from collections.abc import Callable, Iterable, Sequence
 from http import HTTPStatus
+from importlib.metadata import distributions
 from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
+from msgspec.structs import replace
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -15,14 +22,12 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from voz.apps.web.access_control import AccessControl
-from voz.apps.web.diagnostic_bundle import diagnostic_bundle
-from voz.apps.web.event_history import Record
-from voz.apps.web.json_requests import ERROR_HANDLERS, decode_body
-from voz.apps.web.page_messages import Command, Login
+from voz import __version__
+from voz.apps.web.access_control import MAX_BODY_BYTES, AccessControl
+from voz.apps.web.page_messages import Command, Login, Record, encode_record
 from voz.apps.web.page_registry import OpenPage, PageRegistry
 from voz.config import Config
-from voz.errors import RobotError
+from voz.errors import ConfigError, RobotError, VozError
 
 PAGE_FILES = Path(__file__).with_name("page")
 
@@ -123,3 +128,70 @@ def application(routes: Sequence[BaseRoute], authority: bytes | None) -> Starlet
     more = [Route("/", index), Route("/api/authority.crt", certificate)]
     files = Mount("/page", StaticFiles(directory=PAGE_FILES))
     return Starlette(routes=[*more, *routes, files], exception_handlers=ERROR_HANDLERS)
+
+
+def diagnostic_bundle(state: Record, events: Iterable[str], settings: Config) -> bytes:
+    """Return the ZIP file, without the settings of the user's own robots."""
+    hidden = replace(settings, own={name: {} for name in settings.own})
+    texts = {
+        "state.json": encode_record(state),
+        "events.jsonl": "\n".join(events),
+        "settings.json": msgspec.json.format(msgspec.json.encode(hidden)).decode(),
+        "versions.txt": "\n".join(_versions()),
+    }
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, text in texts.items():
+            file.writestr(name, text)
+    return packed.getvalue()
+
+
+def _versions() -> list[str]:
+    packages = sorted({f"{each.name} {each.version}" for each in distributions()})
+    return [f"voz {__version__}", f"Python {sys.version}", platform.platform(), "", *packages]
+
+
+Message = TypeVar("Message")
+
+
+async def decode_body(request: Request, kind: type[Message], advice: str) -> Message:
+    """Read a body of JSON; raises HTTPException with the advice if it is invalid or too long."""
+    body = b""
+    # Another site's form can send any other type without asking.
+    if request.headers.get("content-type", "").partition(";")[0] == "application/json":
+        async for piece in request.stream():
+            if len(body := body + piece) > MAX_BODY_BYTES:
+                break
+    message: Message | None = decode_json(body, kind) if len(body) <= MAX_BODY_BYTES else None
+    if message is None:
+        raise HTTPException(HTTPStatus.BAD_REQUEST, advice)
+    return message
+
+
+def decode_json(data: str | bytes | None, kind: Any) -> Any:
+    """Read a message of JSON; None if it is invalid."""
+    try:
+        return msgspec.json.decode(data or b"", type=kind)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError):
+        return None
+
+
+def _answer_http_error(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"error": error.detail}, error.status_code, error.headers)
+
+
+def _answer_wrong_value(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, HTTPStatus.BAD_REQUEST)
+
+
+def _answer_failure(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, HTTPStatus.SERVICE_UNAVAILABLE)
+
+
+ERROR_HANDLERS: Any = {
+    HTTPException: _answer_http_error,
+    ConfigError: _answer_wrong_value,
+    VozError: _answer_failure,
+}
+"""How errors are answered, as Starlette takes it."""

@@ -9,22 +9,17 @@ from functools import partial
 
 import msgspec
 
+from voz.apps.command_buttons import button_sentences, command_buttons
 from voz.apps.recordings.recorder import Recorder
-from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
-from voz.apps.web.command_bridge import PAGE_SOURCE, PROGRAM_SOURCE, CommandBridge
-from voz.apps.web.command_buttons import button_sentences, command_buttons
+from voz.apps.servers.command_bridge import CommandBridge, EventQueue
 from voz.apps.web.control_api import ControlApi, application
 from voz.apps.web.driver_lock import DriverLock
-from voz.apps.web.event_history import EventHistory, Record
-from voz.apps.web.event_queue import EventQueue
-from voz.apps.web.false_alarm_setting import FalseAlarmSetting
-from voz.apps.web.page_address import PageAddress
-from voz.apps.web.page_playback import PagePlayback
+from voz.apps.web.page_messages import PAGE_SOURCE, PROGRAM_SOURCE, EventHistory, Record
 from voz.apps.web.page_registry import PageRegistry
+from voz.apps.web.page_sound import BROWSER_SOURCE, BrowserMicrophone, PagePlayback
 from voz.apps.web.picture import Picture
-from voz.apps.web.recording_marks import RecordingMarks
-from voz.apps.web.tuning_api import TuningApi
-from voz.apps.web.web_server import start_background_tasks
+from voz.apps.web.tuning_api import FalseAlarmSetting, RecordingMarks, TuningApi
+from voz.apps.web.web_server import PageAddress, start_background_tasks
 from voz.apps.web.websocket_api import WebSocketApi
 from voz.control.messages import Halt, Rehearsal
 from voz.events import Event

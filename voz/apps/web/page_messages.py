@@ -1,13 +1,29 @@
-"""The messages of pages and programs; anything else is refused. Pure."""
+"""The messages of pages and programs, and the records that pages get; anything else is refused.
+
+Pure.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+import json
+from collections import deque
+from collections.abc import Callable
+from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
-from voz.apps.web.page_playback import MAX_PLAYBACK
+from voz.events import Attention, Event, Notice, Reply, Utterance, explain_not_obeyed
 from voz.speech.synthesis import MAX_TEXT_LENGTH
+
+PAGE_SOURCE = "page"
+"""The source of a command of the page that drives, or of a program that is watched like one."""
+
+PROGRAM_SOURCE = "program"
+"""The source of a command that was posted while no page drives: nobody knows whether its sender is
+still there."""
+
+MAX_PLAYBACK = 30.0
+"""The longest sound that a page may play, s: no recording is longer."""
 
 MIN_PAGE_RATE, MAX_PAGE_RATE = 8_000, 192_000
 """Sample rates of browsers, Hz."""
@@ -117,3 +133,57 @@ class Pong(msgspec.Struct, frozen=True, tag_field="type", tag="pong"):
 
 
 FromMicrophone: TypeAlias = Hello | Begin | Finish | Pong
+
+
+MAX_REMEMBERED = 30
+"""Utterances, replies and warnings that a page shows which is opened later."""
+
+SHOWN_EVENTS = (Utterance, Reply, Notice)
+"""What a page shows in words."""
+
+Record: TypeAlias = dict[str, Any]
+"""What is sent to pages, as JSON has it."""
+
+
+class EventHistory:
+    """Turns events into records for pages, and remembers the last.
+
+    Attributes:
+        answers: what may be said to the robot's question; empty if it has asked nothing.
+    """
+
+    def __init__(self, threshold: Callable[[str], float | None]) -> None:
+        """Begin empty; `threshold` returns the confidence that a command needs."""
+        self._threshold = threshold
+        self._remembered: deque[Record] = deque(maxlen=MAX_REMEMBERED)
+        self._said = ""  # by the robot, last
+        self.answers: tuple[str, ...] = ()
+
+    @property
+    def remembered(self) -> list[Record]:
+        """The last utterances, replies and warnings, the oldest first."""
+        return list(self._remembered)
+
+    @property
+    def question(self) -> str:
+        """What the robot has asked, while `answers` are open."""
+        return self._said if self.answers else ""
+
+    def add(self, event: Event) -> Record:
+        """Return an event's fields as in `voz.events`, of an utterance `needed` and `why` too."""
+        record: Record = msgspec.to_builtins(event)
+        if isinstance(event, Utterance):
+            record["needed"] = self._threshold(event.text)
+            record["why"] = None if event.obeyed else explain_not_obeyed(event)
+        if isinstance(event, Reply):
+            self._said = event.text
+        elif isinstance(event, Attention):
+            self.answers = event.answers
+        if isinstance(event, SHOWN_EVENTS):
+            self._remembered.append(record)
+        return record
+
+
+def encode_record(record: Record) -> str:
+    """Write a record as ASCII JSON: even a lone surrogate can be sent."""
+    return json.dumps(record, separators=(",", ":"))

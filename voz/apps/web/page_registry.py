@@ -13,21 +13,23 @@ from itertools import count
 
 from starlette.exceptions import HTTPException
 
-from voz.apps.servers.rate_limits import RateLimit
+from voz.apps.servers.command_bridge import COMMAND_TIMEOUT, CommandBridge
+from voz.apps.servers.connections import RateLimit
 from voz.apps.web.access_control import secrets_equal
-from voz.apps.web.browser_microphone import BrowserMicrophone
-from voz.apps.web.command_bridge import (
-    COMMAND_TIMEOUT,
+from voz.apps.web.driver_lock import DriverLock
+from voz.apps.web.page_messages import (
     PAGE_SOURCE,
     PROGRAM_SOURCE,
-    STOPPED_BY_PAGE,
-    CommandBridge,
+    EventHistory,
+    Record,
+    encode_record,
 )
-from voz.apps.web.driver_lock import DriverLock
-from voz.apps.web.event_history import EventHistory, Record, encode_record
+from voz.apps.web.page_sound import BrowserMicrophone
 from voz.control.table import STOP
 from voz.errors import RobotError
 from voz.events import Event, Notice, Utterance
+
+STOPPED_BY_PAGE = "stopped from the operator page"
 
 MAX_PAGES = 100
 
@@ -228,7 +230,7 @@ class PageRegistry:
         if self.microphone:
             self.microphone.end_stream(complete=False)
         if before is not None or just_released:
-            self._bridge.halt()
+            self._bridge.halt(STOPPED_BY_PAGE)
         if replaced:
             self._warn(f"{page.name}, drives now, no longer {replaced.name}: the robot stops")
         return True
@@ -236,13 +238,13 @@ class PageRegistry:
     def stop_driving(self, page: OpenPage) -> None:
         """Let a page drive no more; the robot stops."""
         if self._driver_lock.release(page.number):
-            self._bridge.halt()
+            self._bridge.halt(STOPPED_BY_PAGE)
 
     def set_rehearsal(self, page: OpenPage, on: bool) -> None:
         """Begin or end a rehearsal, if the page is driving; the robot stops."""
         if self.is_driving(page):
             self._set_rehearsal(on)
-            self._bridge.halt()
+            self._bridge.halt(STOPPED_BY_PAGE)
             begun = "rehearsal: commands are recognized, and only stop is obeyed"
             self._warn(begun if on else "the rehearsal is over: commands are obeyed")
 
@@ -307,7 +309,7 @@ class PageRegistry:
         """
         if page:
             page.stops = max(page.stops, number)
-        return await self._bridge.stop()
+        return await self._bridge.stop(PAGE_SOURCE, STOPPED_BY_PAGE)
 
     def page_with_secret(self, secret: str) -> OpenPage | None:
         """Find the page that a secret belongs to."""

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import msgspec
 
-from voz.apps.web.event_history import Record
+from voz.apps.web.page_messages import Record
 from voz.events import Event, SelectedObject, Twist
 from voz.robot.simulation.world import Pose2D, WorldState, arm_points, move_along_arc
 from voz.settings import Simulator

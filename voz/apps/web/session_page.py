@@ -14,12 +14,12 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from voz.apps.recordings.recent_sound import EXCERPT_MARGIN
+from voz.apps.recordings.recorder import EXCERPT_MARGIN
 from voz.apps.recordings.sessions import UtteranceKey, utterance_key
 from voz.apps.web.control_api import PAGE_FILES
-from voz.apps.web.event_history import SHOWN_EVENTS, EventHistory, Record, encode_record
-from voz.apps.web.page_address import PageAddress
+from voz.apps.web.page_messages import SHOWN_EVENTS, EventHistory, Record, encode_record
 from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
+from voz.apps.web.web_server import PageAddress
 from voz.audio import SAMPLE_RATE
 from voz.errors import ConfigError
 from voz.events import Event, Twist, Utterance

@@ -1,4 +1,4 @@
-"""The WebSockets of a page: its events, and its sound; docs/operator-page-protocol.md has them."""
+"""The WebSockets of a page: events, and sound; docs/operator-page-protocol.md has them."""
 
 from __future__ import annotations
 
@@ -11,23 +11,45 @@ from typing import Any
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from voz.apps.servers.rate_limits import RateLimit
-from voz.apps.web.control_api import stop_answer
-from voz.apps.web.device_names import device_name
-from voz.apps.web.event_history import Record, encode_record
-from voz.apps.web.json_requests import decode_json
-from voz.apps.web.page_audio_stream import PageAudioStream
+from voz.apps.servers.connections import RateLimit
+from voz.apps.web.control_api import decode_json, stop_answer
 from voz.apps.web.page_messages import (
     Drive,
     FromMicrophone,
     FromPage,
     Hello,
     Leave,
+    Record,
     Rehearse,
     Seen,
     Stop,
+    encode_record,
 )
 from voz.apps.web.page_registry import OpenPage, PageRegistry
+from voz.apps.web.page_sound import PageAudioStream
+
+DEVICES = (
+    ("iPhone", "iPhone"),
+    ("iPad", "iPad"),
+    ("CrOS", "Chromebook"),
+    ("Windows", "Windows PC"),
+    ("Macintosh", "Mac"),
+    ("Linux", "Linux PC"),
+)
+"""Words of a User-Agent, and the device; the first that is found counts."""
+
+PROGRAM = "program"
+"""What is no browser."""
+
+
+def device_name(user_agent: str) -> str:
+    """Return a name such as "iPhone" or "Android phone"."""
+    if "Mozilla/" not in user_agent:
+        return PROGRAM
+    if "Android" in user_agent:
+        return "Android phone" if "Mobile" in user_agent else "Android tablet"
+    return next((name for word, name in DEVICES if word in user_agent), "browser")
+
 
 MESSAGE_RATE, MESSAGE_BURST = 40.0, 200.0
 """Messages of one page per second, and at once, besides sound: it answers ten states a second."""

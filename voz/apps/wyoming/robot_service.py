@@ -1,34 +1,173 @@
-"""Takes commands for the robot of a run by the Wyoming protocol, on a thread of its own."""
+"""Takes commands for the robot of a run as text by the Wyoming protocol, as of Home Assistant.
+
+A `transcript` is obeyed: `handled`, `not-handled` or `not-recognized`. A `recognize` moves nothing:
+`intent` or `not-recognized`. Home Assistant would try to handle an `intent` by itself, so that it
+is no answer to a `transcript`.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
-from voz.apps.servers.rate_limits import (
+from wyoming.asr import Transcript
+from wyoming.event import Event as ClientEvent
+from wyoming.event import Eventable
+from wyoming.handle import Handled, NotHandled
+from wyoming.info import (
+    Describe,
+    HandleModel,
+    HandleProgram,
+    Info,
+    IntentModel,
+    IntentProgram,
+)
+from wyoming.intent import Entity, Intent, NotRecognized, Recognize
+
+from voz import __version__
+from voz.apps.servers.command_bridge import CommandBridge, CommandOutcome, EventQueue
+from voz.apps.servers.connections import (
     REQUEST_BURST,
     REQUEST_RATE,
+    ConnectionGuard,
     RateLimit,
+    network_of,
     rate_limit_per_client,
 )
 from voz.apps.wyoming.announcement import announced
-from voz.apps.wyoming.command_handler import (
-    COMMAND_BURST,
-    COMMAND_RATE,
-    CommandHandler,
-    RobotAccess,
-)
-from voz.apps.wyoming.connection import serving
-from voz.apps.wyoming.given_commands import WYOMING_SOURCE, GivenCommands
-from voz.errors import ConfigError
-from voz.events import Event
+from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
+from voz.errors import ConfigError, RobotError
+from voz.events import Event, explain_not_obeyed
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock, warner
+from voz.run.sources import parsed_utterance
+
+WYOMING_SOURCE = "wyoming"
+"""The source of a command that was given there."""
+
+COMMAND_RATE, COMMAND_BURST = 10.0, 20.0
+"""Commands per second, and at once, of all clients; those that stop the robot are not counted.
+
+What is not obeyed counts too: to find the command that is nearest to a text takes up to 65 ms.
+"""
+
+TOO_MANY = "too many commands"
+
+PAGE_DRIVES = "somebody drives the robot from the operator page"
+
+Context = dict[str, Any] | None
+"""What a client wants back with the answer."""
+
+
+@dataclass(frozen=True)
+class RobotAccess:
+    """What the clients of a run share.
+
+    Attributes:
+        bridge: passes commands on.
+        commands: returns what may be said now.
+        language: its code, as `en`.
+        page_drives: returns whether somebody drives from the operator page.
+        limit: of the commands of all clients.
+        event_limit_of: returns the limit of all events from a network.
+    """
+
+    bridge: CommandBridge
+    commands: Callable[[], Commands]
+    language: str
+    page_drives: Callable[[], bool]
+    limit: RateLimit
+    event_limit_of: Callable[[Hashable], RateLimit]
+
+
+class CommandHandler(Connection):
+    """Answers one client."""
+
+    max_bytes = 64_000
+
+    def __init__(
+        self,
+        robot: RobotAccess,
+        guard: ConnectionGuard,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        super().__init__(guard, reader, writer)
+        self._robot = robot
+
+    async def answer(self, event: ClientEvent) -> None:
+        """Obey a `transcript`, understand a `recognize`, and answer `describe`."""
+        robot = self._robot
+        answer: Eventable | None = None
+        transcript = Transcript.from_event(event) if Transcript.is_type(event.type) else None
+        stops = transcript is not None and robot.bridge.stops(transcript.text)
+        if not stops and not robot.event_limit_of(network_of(self.peer)).allows(time.monotonic()):
+            raise RobotError("too many events")
+        if transcript:
+            answer = await self._obey(transcript.text, stops, transcript.context)
+        elif Describe.is_type(event.type):
+            answer = _info(robot.commands(), robot.language)
+        elif Recognize.is_type(event.type):
+            recognize = Recognize.from_event(event)
+            answer = self._recognize(recognize.text, recognize.context)
+        if answer:
+            await self.write_event(answer.event())
+
+    async def _obey(self, text: str, stops: bool, context: Context) -> Eventable:
+        robot = self._robot
+        if not stops and robot.page_drives() and robot.bridge.read(text):
+            return NotHandled(PAGE_DRIVES, context)
+        if not stops and not robot.limit.allows(time.monotonic()):
+            return NotHandled(TOO_MANY, context)
+        try:
+            return _answer(await robot.bridge.carry_out(text, WYOMING_SOURCE), context)
+        except RobotError as late:
+            return NotHandled(str(late), context)
+
+    def _recognize(self, text: str, context: Context) -> Eventable:
+        if not self._robot.limit.allows(time.monotonic()):
+            return NotRecognized(TOO_MANY, context)
+        parse = self._robot.bridge.read(text)
+        if parse is None:
+            unknown = parsed_utterance(text, None, self._robot.commands(), 0.0, WYOMING_SOURCE)
+            return NotRecognized(explain_not_obeyed(unknown), context)
+        entities = [Entity(name, value) for name, value in parse.slots.items()]
+        return Intent(parse.command, entities, context=context)
+
+
+def _answer(outcome: CommandOutcome, context: Context) -> Eventable:
+    """What was said is the answer where the robot says nothing."""
+    utterance = outcome.utterance
+    if utterance.obeyed:
+        return Handled(" ".join(outcome.replies) or utterance.text, context)
+    why = "; ".join(outcome.problems) or explain_not_obeyed(utterance)
+    return (NotHandled if utterance.accepted else NotRecognized)(why, context)
+
+
+def _info(commands: Commands, language: str) -> Info:
+    """Describe this server to a client."""
+    said = ", ".join(commands.named(commands.names, 1)[:20])
+    about: dict[str, Any] = {
+        "attribution": ATTRIBUTION,
+        "installed": True,
+        "version": __version__,
+        "description": f"Drives a robot: {said}",
+    }
+    model = {**about, "name": "commands", "languages": [language]}
+    program = {**about, "name": "voz robot"}
+    return Info(
+        handle=[HandleProgram(**program, models=[HandleModel(**model)])],
+        intent=[IntentProgram(**program, models=[IntentModel(**model)])],
+    )
+
 
 SERVER_SHUTDOWN_TIMEOUT = 2.0
 """For the server to end, s; the robot is at rest by then."""
@@ -66,9 +205,10 @@ class RobotService:
             announce: whether to announce it in the network.
         """
         self._uri = uri
-        self._given = GivenCommands(inbox, clock.now, commands)
+        self._events = EventQueue()
+        self._bridge = CommandBridge(inbox, clock.now, commands)
         self._robot = RobotAccess(
-            self._given, inbox, commands, language, page_drives,
+            self._bridge, commands, language, page_drives,
             limit=RateLimit(COMMAND_RATE, COMMAND_BURST),
             event_limit_of=rate_limit_per_client(REQUEST_RATE, REQUEST_BURST),
         )  # fmt: skip
@@ -77,7 +217,7 @@ class RobotService:
 
     def receive(self, event: Event) -> None:
         """Take an event of the run; it never waits."""
-        self._given.receive(event)
+        self._events.receive(event)
 
     @contextmanager
     def serving(self) -> Iterator[None]:
@@ -111,5 +251,14 @@ class RobotService:
 
         async with serving(self._uri, partial(CommandHandler, self._robot)):
             started.set_result(end)
+            passing = asyncio.create_task(self._pass_events())
+            passing.add_done_callback(lambda _: ended.set())  # it has no end of its own
             async with announced(self._uri, self._warn) if self._announce else nullcontext():
                 await ended.wait()
+            if passing.done():
+                passing.result()
+            passing.cancel()
+
+    async def _pass_events(self) -> None:
+        async for event in self._events.events():
+            self._bridge.receive(event)

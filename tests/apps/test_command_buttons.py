@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from voz.apps.web.command_buttons import MAX_BUTTONS, button_sentences, command_buttons
+from voz.apps.command_buttons import MAX_BUTTONS, button_sentences, command_buttons
 from voz.config import default_commands
 from voz.control.steps import Step
 from voz.control.table import command_table

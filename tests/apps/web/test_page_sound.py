@@ -7,7 +7,7 @@ import time
 import numpy as np
 import numpy.typing as npt
 
-from voz.apps.web.page_playback import PLAYBACK_DELAY, PagePlayback, PageReply
+from voz.apps.web.page_sound import PLAYBACK_DELAY, PagePlayback, PageReply
 from voz.audio import SAMPLE_RATE
 
 REPLY = PageReply("I am listening", np.full(SAMPLE_RATE // 2, 0.5, np.float32))

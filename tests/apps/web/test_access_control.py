@@ -23,9 +23,8 @@ from websockets.sync.client import connect
 
 from voz.apps.servers import connections
 from voz.apps.servers.connections import PAGE_PLACES
-from voz.apps.web import access_middleware
-from voz.apps.web.access_control import AccessControl
-from voz.apps.web.access_middleware import AccessMiddleware
+from voz.apps.web import access_control
+from voz.apps.web.access_control import AccessControl, AccessMiddleware
 from voz.apps.web.certificates import Certificates
 from voz.apps.web.web_server import open_page_socket, running_server
 
@@ -153,8 +152,8 @@ def test_a_handshake_has_little_time(tls: ssl.SSLContext, monkeypatch: pytest.Mo
 def test_requests_without_the_token_use_up_nothing_of_those_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(access_middleware, "REQUEST_BURST", 2.0)
-    monkeypatch.setattr(access_middleware, "REQUEST_RATE", 0.0)
+    monkeypatch.setattr(access_control, "REQUEST_BURST", 2.0)
+    monkeypatch.setattr(access_control, "REQUEST_RATE", 0.0)
     with served() as port, httpx.Client(base_url=f"http://127.0.0.1:{port}") as client:
         assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
         assert client.post("/api/login", headers=BEARER).status_code == 200

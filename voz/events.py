@@ -161,7 +161,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         return f"<Utterance {self.text!r}, {why}, confidence {self.confidence:.2f}, {when}>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what was said, both opinions, and its sound."""
+        """What a notebook shows: what was said, and both opinions."""
         from voz.notebook import utterance_html
 
         return utterance_html(self)

@@ -13,7 +13,6 @@ from voz.api.microphone import MicrophoneUtterances, in_background
 from voz.audio.sound_files import read_blocks, to_samples
 from voz.errors import AudioError
 from voz.events import Utterance
-from voz.notebook import keep_sounds
 from voz.recognition.engine import MICROPHONE, RecognitionEngine, open_stream
 from voz.recognition.interpreter import Details
 from voz.records import check_callable, check_type
@@ -57,10 +56,7 @@ class Recognizer(RecognitionEngine):
         """
         details = Details(words, best)
         if not isinstance(sound, str | PathLike):
-            samples = to_samples(sound, rate)
-            heard = list(self.utterances([samples], ARRAY, details))
-            keep_sounds(heard, samples)
-            return heard
+            return list(self.utterances([to_samples(sound, rate)], ARRAY, details))
         if rate is not None:
             raise AudioError(f"{sound}: a file has its own rate; leave `rate` out")
         return list(self.utterances(read_blocks(Path(sound)), str(sound), details))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from voz.apps.evaluation.machine import machine as machine
+from voz.apps.evaluation.report import machine as machine
 from voz.errors import VozError
 
 

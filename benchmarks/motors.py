@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from machine import machine, one_line_errors
-from voz.recognition.recognizer import Recognizer
 
 import voz
+from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import estimate_text

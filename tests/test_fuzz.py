@@ -114,7 +114,7 @@ def comparison(folder: Path) -> tuple[Path, Callable[[], object]]:
     ]
     path = folder / "results.json"
     path.write_bytes(msgspec.json.encode({"results": results}))
-    return path, lambda: evaluate(results, {}, read_results(path, in_noise=True))
+    return path, lambda: evaluate(results, {}, read_results(path))
 
 
 def profile(folder: Path) -> tuple[Path, Callable[[], object]]:

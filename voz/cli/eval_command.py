@@ -28,11 +28,11 @@ from voz.settings import Recognition
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice
-    from voz.apps.evaluation.operating_points import OperatingPoint
     from voz.apps.evaluation.plots import Plot
     from voz.apps.evaluation.recognize import Task
     from voz.apps.evaluation.report import Evaluation
     from voz.apps.evaluation.results import Result
+    from voz.apps.evaluation.scores import OperatingPoint
 
 MAX_EVAL_JOBS = 256
 """Processes; each takes 100 MB."""
@@ -140,9 +140,9 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     require("report", "jiwer", *(["matplotlib"] if options.html else []))
     from voz.apps.evaluation import report
     from voz.apps.evaluation.engines import EngineChoice
-    from voz.apps.evaluation.machine import machine
     from voz.apps.evaluation.noise import noise_options
     from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.evaluation.report import machine
     from voz.apps.recordings.manifest import read_manifests
 
     settings = options.settings()
@@ -152,7 +152,7 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     choice = EngineChoice(options.engine, options.language(settings), settings.recognition)
     ratios, noises = noise_options(options.snr, options.noise)
     compare = options.compare
-    others = report.read_results(compare, in_noise=bool(ratios)) if compare else None
+    others = report.read_results(compare) if compare else None
     clips = read_manifests(manifests, streams=True)
     options.check(settings, [*manifests, *(clip.path for clip in clips), *noises])
     tasks = tasks_for(clips, noises, ratios, options.reverb)
@@ -186,7 +186,7 @@ def _report_errors(results: Iterable[Result]) -> None:
 
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
-    from voz.apps.evaluation.operating_points import operating_points
+    from voz.apps.evaluation.scores import operating_points
     from voz.language.language_files import read_commands
     from voz.recognition.engine import RecognitionEngine, confidence_model
 
@@ -218,9 +218,7 @@ def pictures_folder(page: Path) -> Path:
 
 def _write_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
     """Write the page and its pictures; return what was written."""
-    from voz.apps.evaluation.failure_sounds import sounds_of_failures
-    from voz.apps.evaluation.failures import failures
-    from voz.apps.evaluation.page import to_html
+    from voz.apps.evaluation.page import failures, sounds_of_failures, to_html
     from voz.apps.evaluation.plots import pictures
 
     drawn = pictures(evaluation.curves, evaluation.scores.commands)
@@ -261,7 +259,7 @@ def fit_confidence(
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
     from voz.apps.evaluation import fit_confidence as fitting
-    from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
+    from voz.apps.evaluation.fit_confidence import check_talk, collect_examples, describe_set
     from voz.apps.evaluation.recognize import tasks_for
     from voz.apps.recordings.manifest import read_manifests
     from voz.recognition.confidence import save_models

@@ -1,20 +1,136 @@
+"""The page of an evaluation, with what went wrong; what can be listened to is what was heard."""
+
 from __future__ import annotations
 
 import base64
 import io
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
 import soundfile
+from msgspec.structs import replace
+from recordings import FIXTURES, GO_BACK
 
 from voz.apps.evaluation import report
-from voz.apps.evaluation.failures import Failure, failures
-from voz.apps.evaluation.page import MOST_LISTED_FAILURES, to_html
+from voz.apps.evaluation.page import (
+    LONGEST_SOUND,
+    MISHEARD,
+    MOST_LISTED_FAILURES,
+    MOST_SOUNDS,
+    OBEYED,
+    REFUSED,
+    UNHEARD,
+    UNREAD,
+    WORST_FIRST,
+    Failure,
+    failures,
+    sounds_of_failures,
+    to_html,
+)
 from voz.apps.evaluation.plots import pictures
+from voz.apps.evaluation.recognize import Task, prepared
 from voz.apps.evaluation.report import Evaluation
-from voz.apps.evaluation.results import Result
+from voz.apps.evaluation.results import Result, Understood
+from voz.apps.recordings.manifest import Clip
+from voz.audio import SAMPLE_RATE, Samples
 from voz.events import to_json
+
+
+@pytest.mark.parametrize(
+    ("said", "heard", "others", "what"),
+    [
+        ("stop", ["stop"], {}, None),
+        ("stop", ["stop?"], {}, REFUSED),
+        ("stop", ["go back?"], {}, MISHEARD),
+        ("stop", ["go back"], {}, OBEYED),
+        ("stop", ["stop", "stop"], {}, MISHEARD),
+        ("stop", [], {}, UNHEARD),
+        ("stop", ["?"], {}, UNHEARD),
+        ("stop", [], {"error": "none.wav: there is no such file"}, UNREAD),
+        ("stop | go back", ["stop", "go back"], {"kind": "long"}, None),
+        ("stop | go back", ["stop"], {"kind": "long"}, MISHEARD),
+        ("stop it", ["stop?"], {"kind": "near-miss"}, None),
+        ("stop it", ["stop"], {"kind": "near-miss"}, OBEYED),
+        ("la la", ["stop?"], {"kind": "talk"}, None),
+        ("", ["stop"], {"kind": "noise"}, OBEYED),
+        ("", ["stop"], {"kind": "out-of-nothing"}, OBEYED),
+    ],
+)
+def test_what_went_wrong(
+    result: Any, said: str, heard: list[str], others: dict[str, Any], what: str | None
+) -> None:
+    found = failures([result(said, *heard, **others)])
+    assert [failure.what for failure in found] == ([what] if what else [])
+
+
+def test_in_a_stream_the_stretch_is_named_and_in_talk_what_was_obeyed(result: Any) -> None:
+    talk = replace(
+        result("", kind="talk"),
+        heard=(
+            Understood("stop", 0.9, True, 0.2, 1.0),
+            Understood("go back", 0.1, False, 3.0, 4.0),
+            Understood("go back", 0.8, True, 100.0, 101.0),
+        ),
+    )
+    (first, second, third) = failures([result("stop", start=2.5, end=3.5), talk])
+    assert (first.number, first.stretch) == (1, (0.0, 1.5))
+    assert second == Failure(1, OBEYED, (talk.heard[2],), (99.5, 101.5))
+    assert third == Failure(0, UNHEARD, (), (2.5, 3.5))
+
+
+def test_the_worst_is_first_and_the_rest_in_its_order(result: Any) -> None:
+    results = [
+        result("stop", error="unreadable"),
+        result("stop"),
+        result("stop", "stop?"),
+        result("stop", "go back?"),
+        result("stop", "go back"),
+        result("stop", "turn left"),
+    ]
+    assert [failure.number for failure in failures(results)] == [4, 5, 3, 2, 1, 0]
+    assert [failure.what for failure in failures(results)][1:] == list(WORST_FIRST)
+
+
+SESSION = FIXTURES / "long" / "session.wav"
+
+
+def task(path: Path, **noise: object) -> Task:
+    return Task((Clip("set", path.name, path, "stop", "me", "command", "all"),), **noise)  # type: ignore[arg-type]
+
+
+def samples(flac: bytes) -> Samples:
+    found: Samples = soundfile.read(io.BytesIO(flac), dtype="int16")[0]
+    return found
+
+
+def test_a_clip_is_whole_and_of_a_stream_the_stretch_is_cut_out() -> None:
+    whole = Failure(0, OBEYED, ())
+    part, long = Failure(1, OBEYED, (), (2.0, 3.5)), Failure(1, OBEYED, (), (1.0, 999.0))
+    found = sounds_of_failures([whole, part, long], [task(GO_BACK), task(SESSION)])
+    session, _ = prepared(task(SESSION))
+    assert np.array_equal(samples(found[whole]), soundfile.read(GO_BACK, dtype="int16")[0])
+    assert np.array_equal(samples(found[part]), session[2 * SAMPLE_RATE : 7 * SAMPLE_RATE // 2])
+    assert len(samples(found[long])) == LONGEST_SOUND * SAMPLE_RATE
+
+
+def test_noise_is_heard_too() -> None:
+    noisy = task(GO_BACK, noise=(FIXTURES / "long" / "kitchen.wav",), snr=5.0)
+    failure = Failure(0, OBEYED, ())
+    found = sounds_of_failures([failure], [noisy])
+    assert np.array_equal(samples(found[failure]), prepared(noisy)[0])
+
+
+def test_what_cannot_be_read_has_no_sound_and_of_many_the_worst_have() -> None:
+    missing, good = Failure(0, UNREAD, ()), Failure(1, OBEYED, ())
+    tasks = [task(Path("none.wav")), task(GO_BACK)]
+    assert list(sounds_of_failures([missing, good], tasks)) == [good]
+    many = [Failure(1, OBEYED, (), (0.0, 0.01 * number)) for number in range(1, MOST_SOUNDS + 5)]
+    assert list(sounds_of_failures(many, tasks)) == many[:MOST_SOUNDS]
+
 
 EVIL = '<script>alert("x")</script>'
 

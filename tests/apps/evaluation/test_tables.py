@@ -2,8 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from voz.apps.evaluation.comparison import AlarmDifference, Difference
-from voz.apps.evaluation.scores import score
+from voz.apps.evaluation.scores import AlarmDifference, Difference, score
 from voz.apps.evaluation.statistics import Estimate, alarm_rate
 from voz.apps.evaluation.tables import (
     Table,

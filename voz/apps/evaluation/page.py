@@ -1,15 +1,110 @@
-"""An evaluation as an HTML page. Pure."""
+"""An evaluation as an HTML page, with what went wrong, the worst first, and its sound."""
 
 from __future__ import annotations
 
 import html
+import io
 from base64 import b64encode
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
-from voz.apps.evaluation.failures import Failure, failures
+from voz.apps.evaluation.recognize import Task, prepared
 from voz.apps.evaluation.report import Evaluation, all_tables
-from voz.apps.evaluation.results import Result
+from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.tables import Table, speaker_tables
+from voz.audio import SAMPLE_RATE
+from voz.errors import AudioError
+
+ALARM_CONTEXT = 0.5
+"""Sound kept before and after a false alarm, s."""
+
+OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD = (
+    "obeyed what was not said",
+    "heard wrongly",
+    "refused",
+    "heard nothing",
+    "could not be read",
+)
+WORST_FIRST = (OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A clip that went wrong, or a stretch of it."""
+
+    number: int  # of the result
+    what: str  # one of `WORST_FIRST`
+    heard: tuple[Understood, ...]
+    stretch: tuple[float, float] | None = None  # start and end, s; None for all of the clip
+
+
+def failures(results: Sequence[Result]) -> list[Failure]:
+    """Find what went wrong, the worst first."""
+    found = [failure for n, result in enumerate(results) for failure in _failures(n, result)]
+    return sorted(found, key=lambda failure: WORST_FIRST.index(failure.what))
+
+
+def _failures(number: int, result: Result) -> Iterator[Failure]:
+    if result.error is not None:
+        yield Failure(number, UNREAD, ())
+    elif result.kind in ("command", "long"):
+        if not result.is_right_and_accepted:
+            yield Failure(number, _what(result), result.heard, _said_at(result))
+    elif result.kind == "near-miss":
+        if result.obeyed:
+            yield Failure(number, OBEYED, result.heard, _said_at(result))
+    else:  # perhaps hours long: only what was obeyed is a failure
+        for one in result.heard:
+            if one.accepted:
+                stretch = max(0.0, one.start - ALARM_CONTEXT), one.end + ALARM_CONTEXT
+                yield Failure(number, OBEYED, (one,), stretch)
+
+
+def _what(result: Result) -> str:
+    if result.is_wrongly_obeyed:
+        return OBEYED
+    if not result.texts:
+        return UNHEARD
+    return REFUSED if result.is_right else MISHEARD
+
+
+def _said_at(result: Result) -> tuple[float, float] | None:
+    """Where a clip is in its stream, s; None if it is a recording of its own."""
+    if result.start is None or result.end is None:
+        return None
+    return result.start, result.end
+
+
+MOST_SOUNDS = 100
+"""Sounds on a page; each takes some 50 kB."""
+
+LONGEST_SOUND = 20.0
+"""Longest sound of one failure, s."""
+
+
+def sounds_of_failures(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
+    """Return the first failures as FLAC, with the noise and the room that they were heard in.
+
+    `tasks` has that of each result. What cannot be read is left out.
+    """
+    import soundfile
+
+    heard: dict[Failure, bytes] = {}
+    read = lru_cache(1)(prepared)  # successive failures may be of one long recording
+    for failure in failed[:MOST_SOUNDS]:
+        try:
+            samples, _ = read(tasks[failure.number])
+        except AudioError:
+            continue
+        start, end = failure.stretch or (0.0, len(samples) / SAMPLE_RATE)
+        end = min(end, start + LONGEST_SOUND)
+        flac = io.BytesIO()
+        part = samples[int(start * SAMPLE_RATE) : int(end * SAMPLE_RATE)]
+        soundfile.write(flac, part, SAMPLE_RATE, format="FLAC")
+        heard[failure] = flac.getvalue()
+    return heard
+
 
 PAGE_STYLE = """
 body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 80em; padding: 0 1em; }

@@ -2,20 +2,45 @@
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 
 from voz import __version__
-from voz.apps.evaluation.comparison import AlarmDifference, Difference, compare, compare_alarms
 from voz.apps.evaluation.curves import Curves, curves
-from voz.apps.evaluation.operating_points import OperatingPoint
 from voz.apps.evaluation.results import Result
-from voz.apps.evaluation.scores import Scores, score
+from voz.apps.evaluation.scores import (
+    AlarmDifference,
+    Difference,
+    OperatingPoint,
+    Scores,
+    compare,
+    compare_alarms,
+    score,
+)
 from voz.apps.evaluation.tables import Table, main_tables, table_text
 from voz.errors import ConfigError
 from voz.files import read_json
+
+CPUINFO = Path("/proc/cpuinfo")
+BOARD_MODEL = Path("/proc/device-tree/model")
+"""The model of a small computer, as `Raspberry Pi 5 Model B Rev 1.0`."""
+
+
+def machine() -> str:
+    """The processor, its number of cores and the version of Python."""
+    return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def _processor() -> str:
+    if BOARD_MODEL.exists():
+        return BOARD_MODEL.read_text().rstrip("\0\n")
+    info = CPUINFO.read_text() if CPUINFO.exists() else ""
+    models = [line.partition(": ")[2] for line in info.splitlines() if "model name" in line]
+    return models[0] if models else platform.machine()
 
 
 class Evaluation(msgspec.Struct, frozen=True):
@@ -39,20 +64,9 @@ class _Saved(msgspec.Struct):
     results: list[Result]
 
 
-def read_results(path: Path, in_noise: bool) -> list[Result]:
-    """Read the results that an earlier evaluation wrote by `--json`.
-
-    Raises:
-        ConfigError: it cannot be read or is something else; or `in_noise`, and its noise is
-            that of an older voz.
-    """
-    results = read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
-    if in_noise and any(result.snr is not None and not result.noise for result in results):
-        raise ConfigError(
-            f"{path}: is by an older voz, which had noise only while a command was said; "
-            "make it anew, or compare without --snr"
-        )
-    return results
+def read_results(path: Path) -> list[Result]:
+    """Read the results that an earlier evaluation wrote by `--json`; raises ConfigError."""
+    return read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
 
 
 def evaluate(

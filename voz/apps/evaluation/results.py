@@ -20,7 +20,7 @@ class Understood(msgspec.Struct, frozen=True):
     text: str  # lower case; empty if it fits no command
     confidence: float  # 0 to 1
     accepted: bool
-    start: float = 0.0  # s; 0 in results of an older voz
+    start: float = 0.0  # s
     end: float = 0.0  # s
 
 

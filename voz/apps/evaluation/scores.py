@@ -1,18 +1,114 @@
-"""Figures for groups of clips. Pure."""
+"""Figures for groups of clips, what was misheard, and the comparison of two evaluations. Pure."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Literal, get_args
 
 import jiwer
 import msgspec
+from msgspec.structs import replace
 
-from voz.apps.evaluation.confusions import Confusion, confusions
-from voz.apps.evaluation.results import Result, ScoredKind
-from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
+from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, ScoredKind, Understood
+from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate, mcnemar
 from voz.apps.recordings.manifest import BETWEEN_COMMANDS
+from voz.recognition.confidence import Model, alarm_rates_near
+from voz.recognition.thresholds import thresholds
+from voz.settings import Recognition
+
+REFUSED = "refused"
+NOT_HEARD = "not heard"
+
+
+class Confusion(msgspec.Struct, frozen=True):
+    """A command that was misheard."""
+
+    said: str
+    heard: str  # what would be obeyed instead; empty if nothing would
+    outcome: str  # `as COMMAND`, `more than once`, `refused`, or `not heard`
+    speakers: dict[str, int]  # clips by speaker, the one with the most first
+
+    @property
+    def clips(self) -> int:
+        """How many clips of all speakers."""
+        return sum(self.speakers.values())
+
+
+def confusions(results: Iterable[Result]) -> list[Confusion]:
+    """Count the misheard commands, the most frequent first; clips of several are left out."""
+    counted: dict[tuple[str, str, str], Counter[str]] = {}
+    for result in results:
+        if result.kind == "command" and not result.is_right_and_accepted:
+            for heard, outcome in _outcomes(result):
+                found = counted.setdefault((result.text, heard, outcome), Counter())
+                found[result.speaker] += 1
+    rows = [Confusion(*key, dict(of.most_common())) for key, of in counted.items()]
+    return sorted(rows, key=lambda row: (-row.clips, row.said, row.outcome))
+
+
+def _outcomes(result: Result) -> list[tuple[str, str]]:
+    """What became of a misheard command; if it was obeyed too, what was obeyed besides."""
+    wrong = [text for text in dict.fromkeys(result.obeyed) if text != result.text]
+    if wrong:
+        return [(text, f"as {text}") for text in wrong]
+    if result.obeyed:
+        return [(result.text, "more than once")]
+    return [("", REFUSED if result.texts else NOT_HEARD)]
+
+
+class OperatingPoint(msgspec.Struct, frozen=True):
+    """One rate of false alarms that may be asked for, and what it costs."""
+
+    false_alarms_per_hour: float  # the setting
+    threshold: float  # that most commands need
+    missed: float | None  # share of the commands not right and accepted; None without any
+    let_through: float | None  # share of the near-misses obeyed; None without any
+    talk: AlarmRate | None  # false alarms in talk; None without any
+
+
+def operating_points(
+    results: Iterable[Result], model: Model, settings: Recognition, commands: Iterable[str]
+) -> list[OperatingPoint]:
+    """Compute what would be obeyed at several rates of false alarms.
+
+    Args:
+        results: what voz itself made of clips; those in added noise are left out.
+        model: has the threshold for each setting.
+        settings: which commands must not be missed.
+        commands: all sentences.
+    """
+    clean = [r for r in results if r.snr is None and r.error is None]
+    found = []
+    for alarms in alarm_rates_near(model.default_alarm_rate):
+        asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
+        needed = thresholds(model, asked, commands)
+        judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]
+        found.append(_operating_point(alarms, max(needed.values()), judged))
+    return found
+
+
+def _judged(heard: Understood, needed: Mapping[str, float]) -> Understood:
+    accepted = heard.text in needed and heard.confidence >= needed[heard.text]
+    return replace(heard, accepted=accepted)
+
+
+def _operating_point(alarms: float, threshold: float, results: Sequence[Result]) -> OperatingPoint:
+    commands = [not r.is_right_and_accepted for r in results if r.kind == "command"]
+    near_misses = [bool(r.obeyed) for r in results if r.kind == "near-miss"]
+    talk = [r for r in results if r.kind == "talk"]
+    return OperatingPoint(
+        alarms,
+        round(threshold, 3),
+        _mean(commands),
+        _mean(near_misses),
+        alarms_in(talk) if talk else None,
+    )
+
+
+def _mean(values: Sequence[bool]) -> float | None:
+    return round(sum(values) / len(values), 4) if values else None
+
 
 GroupedBy = Literal["all", "condition", "snr", "noise", "speaker"]
 
@@ -175,3 +271,78 @@ def _speakers(results: Sequence[Result]) -> int:
 
 def _words_said(result: Result) -> list[str]:
     return result.text.replace(BETWEEN_COMMANDS, " ").split()
+
+
+class Difference(msgspec.Struct, frozen=True):
+    """A set of commands, heard in two ways."""
+
+    set: str
+    snr: float | None  # dB; None without added noise
+    clips: int  # heard in both
+    this: float  # share right and accepted here
+    other: float  # the same in the other evaluation
+    only_this: int  # clips right and accepted only here
+    only_other: int  # clips right and accepted only there
+    p: float  # of McNemar's exact test
+
+
+class AlarmDifference(msgspec.Struct, frozen=True):
+    """Sound that should move nothing, heard in two ways."""
+
+    set: str
+    kind: ScoredKind
+    snr: float | None  # dB; None without added noise
+    this: AlarmRate
+    other: AlarmRate
+
+
+def compare(these: Iterable[Result], others: Iterable[Result]) -> list[Difference]:
+    """Compare two evaluations by the commands that both have heard.
+
+    Clips are the same if set, file and noise have the same names, wherever the files are.
+    """
+    pairs: dict[tuple[str, float | None], list[tuple[bool, bool]]] = {}
+    for result, other in _pairs(these, others, ("command",)):
+        both = (result.is_right_and_accepted, other.is_right_and_accepted)
+        pairs.setdefault((result.set, result.snr), []).append(both)
+    return [_difference(name, snr, outcomes) for (name, snr), outcomes in pairs.items()]
+
+
+def compare_alarms(these: Iterable[Result], others: Iterable[Result]) -> list[AlarmDifference]:
+    """Compare two evaluations by the false alarms in the sound that both have heard."""
+    pairs: dict[tuple[str, ScoredKind, float | None], list[tuple[Result, Result]]] = {}
+    for result, other in _pairs(these, others, ("talk", "noise", OUT_OF_NOTHING)):
+        pairs.setdefault((result.set, result.kind, result.snr), []).append((result, other))
+    return [
+        AlarmDifference(*group, alarms_in(r for r, _ in pair), alarms_in(o for _, o in pair))
+        for group, pair in pairs.items()
+    ]
+
+
+def _difference(name: str, snr: float | None, outcomes: list[tuple[bool, bool]]) -> Difference:
+    only_this, only_other = outcomes.count((True, False)), outcomes.count((False, True))
+    return Difference(
+        set=name,
+        snr=snr,
+        clips=len(outcomes),
+        this=round(sum(this for this, _ in outcomes) / len(outcomes), 5),
+        other=round(sum(other for _, other in outcomes) / len(outcomes), 5),
+        only_this=only_this,
+        only_other=only_other,
+        p=mcnemar(only_this, only_other),
+    )
+
+
+def _pairs(
+    these: Iterable[Result], others: Iterable[Result], kinds: Collection[str]
+) -> Iterator[tuple[Result, Result]]:
+    there = {_key(result): result for result in others if result.error is None}
+    for result in these:
+        other = there.get(_key(result))
+        if result.kind in kinds and result.error is None and other:
+            yield result, other
+
+
+def _key(result: Result) -> tuple[object, ...]:
+    clip = (result.set, result.file, result.kind, result.start)
+    return *clip, result.snr, result.noise

@@ -6,10 +6,17 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from voz.apps.evaluation.comparison import AlarmDifference, Difference
-from voz.apps.evaluation.confusions import Confusion
-from voz.apps.evaluation.operating_points import OperatingPoint
-from voz.apps.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
+from voz.apps.evaluation.scores import (
+    AlarmDifference,
+    AlarmScores,
+    CommandScores,
+    Confusion,
+    Difference,
+    Group,
+    NearMissScores,
+    OperatingPoint,
+    Scores,
+)
 from voz.apps.evaluation.statistics import AlarmRate, Estimate
 
 TABLE_INDENT = "  "

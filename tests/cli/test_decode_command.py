@@ -246,7 +246,7 @@ def test_the_network_can_be_left_out_by_its_old_name_too(voz: Any, tmp_path: Pat
     (settings := tmp_path / "voz.toml").write_text("[recognition]\nsecond_ear = false\n")
     for options, notice in (
         (["--no-network"], ""),
-        (["--no-network"], "warning: --ears 1 is called --no-network\n"),
+        (["--ears", "1"], "warning: --ears 1 is called --no-network\n"),
         (["--config", settings], f"warning: {settings}: [recognition] second_ear is called use_"),
     ):
         decoded = voz("decode", "--json", *options, GO_BACK)

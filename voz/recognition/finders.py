@@ -99,18 +99,7 @@ class NetworkFinder:
         model: Model,
         network: PhonemeScorer,
     ) -> None:
-        """Load pocketsphinx.
-
-        Args:
-            language: the commands.
-            settings: which search, and which commands must not be missed.
-            profile: of the speaker.
-            model: of the confidence.
-            network: for the words of the language.
-
-        Raises:
-            LanguageError: pocketsphinx cannot use the language files.
-        """
+        """Load pocketsphinx; LanguageError if it cannot use the language files."""
         self._decoder = Decoder(language, settings.search, profile.mllr)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands

@@ -135,10 +135,8 @@ class CommandSearch:
     ) -> None:
         """Load the model; LanguageError if pocketsphinx cannot use the dictionary.
 
-        Args:
-            language: the commands.
-            never_missed: commands that win when in doubt.
-            mllr: file with a speaker's transform of the acoustic model.
+        Of two commands that are close one of `never_missed` wins; `mllr` is a file with a speaker's
+        transform of the acoustic model.
         """
         # Fillers keep their context-independent models, which take a third of the time.
         # The search then must not put them everywhere; the silences are in its arcs.
@@ -182,14 +180,9 @@ class CommandSearch:
     def others(
         self, samples: Samples, text: str, start: str, best: str, count: int
     ) -> list[Evidence]:
-        """Search again, and collect the evidence for so many commands that come next to the best.
+        """Search again, and collect the evidence for `count` commands next to the `best` one.
 
-        Args:
-            samples: as for `compare`, like `text` and `start`.
-            text: the proposed sentence.
-            start: the first cepstral mean.
-            best: the command that `compare` found.
-            count: how many others.
+        The other arguments are those of `compare`.
         """
         scores, phones = self._scores(samples, text, start)
         scores.pop(best, None)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
 from recordings import ROOT
 
-from voz.errors import VozError
 from voz.language.build import build
-from voz.language.command_source import draw_similarity, read_list, similar_pairs
+from voz.language.command_source import read_list, similar_pairs
 from voz.language.pronunciation import read_cmudict
 from voz.language.similarity import SimilarPair, find_similar
 from voz.language.similarity_report import (
@@ -119,27 +117,3 @@ def test_what_means_the_same_may_sound_alike(tmp_path: Path):
     (tmp_path / "list.txt").write_text("bring me the {side} cup\nside = right | write")
     (line,) = build(tmp_path / "list.txt", tmp_path).warnings
     assert 'best in "bring me the write cup": say "right" or "write" in another way' in line
-
-
-@pytest.mark.parametrize(("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
-def test_the_picture_is_written(name: str, begin: bytes, tmp_path: Path):
-    draw_similarity(read_list(COMMANDS), tmp_path / name)
-    assert (tmp_path / name).read_bytes().startswith(begin)
-
-
-def test_without_matplotlib_the_message_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(VozError, match=r"pip install .*\[report\]"):
-        draw_similarity(read_list(COMMANDS), tmp_path / "a.png")
-
-
-def test_a_picture_of_another_kind_is_refused(tmp_path: Path):
-    with pytest.raises(VozError, match=r"end it with \.png or \.svg"):
-        draw_similarity(read_list(COMMANDS), tmp_path / "a.jpg")
-
-
-def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
-    with pytest.raises(VozError, match="cannot be written"):
-        draw_similarity(read_list(COMMANDS), tmp_path / "none" / "a.png")

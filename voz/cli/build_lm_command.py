@@ -43,10 +43,6 @@ class BuildOptions:
     every_pair: Annotated[
         bool, typer.Option("--all", help="Show all pairs that sound alike, not ten lines of them.")
     ] = False
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.png|.svg", help="Also draw how alike all commands sound."),
-    ] = None
 
 
 @with_options
@@ -91,7 +87,7 @@ def build_lm(
 
 
 def _show_more(options: BuildOptions, source: CommandSource) -> None:
-    from voz.language.command_source import draw_similarity, similar_pairs
+    from voz.language.command_source import similar_pairs
     from voz.language.similarity_report import similarity_table
 
     if options.count:
@@ -100,8 +96,6 @@ def _show_more(options: BuildOptions, source: CommandSource) -> None:
         show(*source.commands.sample(options.sample))
     if options.alike:
         show(*similarity_table(similar_pairs(source), options.every_pair).split("\n"))
-    if options.picture:
-        draw_similarity(source, options.picture)
 
 
 def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:

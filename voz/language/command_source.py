@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from voz.errors import CommandsError
 from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
 from voz.language.formats.command_list import (
@@ -35,7 +34,6 @@ from voz.language.similarity import (
     find_similar,
     similar_pairs_by_sampling,
 )
-from voz.language.similarity_picture import MAX_PICTURED_COMMANDS, draw_matrix
 from voz.language.similarity_report import MAX_COMPARED_COMMANDS
 from voz.language.spoken_language import LanguageInfo, OtherLanguage
 
@@ -135,17 +133,6 @@ def similar_pairs(source: CommandSource) -> list[SimilarPair]:
     else:
         pairs = find_similar(commands.listed, phones, distances=distances)
     return distinct_pairs(pairs, commands)
-
-
-def draw_similarity(source: CommandSource, picture: Path) -> None:
-    """Draw how alike the commands of a list sound, as PNG or SVG; raises VozError."""
-    if len(source.commands) > MAX_PICTURED_COMMANDS:
-        raise CommandsError(
-            f"{source.name}: has {len(source.commands):,} sentences, too many for a picture; "
-            f"give a list of at most {MAX_PICTURED_COMMANDS}"
-        )
-    distances = source.spoken.distances if source.spoken else None
-    draw_matrix(source.commands.listed, _phones(source.entries), picture, distances)
 
 
 def pronounce_words(

@@ -51,26 +51,28 @@ def robot(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def voz(robot: Path) -> Call:
+def spanish_voz(robot: Path) -> Call:
     """Call voz in that folder, in a home of its own."""
     home = {**os.environ, "XDG_DATA_HOME": str(robot.parent / "data"), "PYTHONPATH": str(ROOT)}
     return lambda *arguments: in_process(*arguments, cwd=robot, env=home)
 
 
 @pytest.mark.slow
-def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(voz: Call, robot: Path) -> None:
-    added = voz("language", "add", "../cmusphinx-es", "--name", "es")
+def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(
+    spanish_voz: Call, robot: Path
+) -> None:
+    added = spanish_voz("language", "add", "../cmusphinx-es", "--name", "es")
     assert added.code == 0, added.err
     assert '[language]\nname = "es"' in added.out
-    assert voz("language", "list").out == "English (comes with voz)\nes\n"
-    assert voz("build-lm", "comandos.txt", "--out", "lm").code == 0
-    assert voz("build-lm", "comandos.txt", "--out", "lm", "--check").code == 0
+    assert spanish_voz("language", "list").out == "English (comes with voz)\nes\n"
+    assert spanish_voz("build-lm", "comandos.txt", "--out", "lm").code == 0
+    assert spanish_voz("build-lm", "comandos.txt", "--out", "lm", "--check").code == 0
     for form in ("NFC", "NFD"):
         typed = unicodedata.normalize(form, "Más despacio.")
-        (parsed,) = voz("parse", typed, "--json").json
+        (parsed,) = spanish_voz("parse", typed, "--json").json
         assert (parsed["text"], parsed["command"]) == ("más despacio", "más despacio")
     (robot / "said.txt").write_text("empieza a escuchar\navanza\npara\nMÁS DESPACIO\n")
-    run = voz("run", "--text", "said.txt", "--no-sound")
+    run = spanish_voz("run", "--text", "said.txt", "--no-sound")
     assert run.code == 0, run.err
     said = [line.split(maxsplit=2)[2] for line in run.out.splitlines()]
     at = said.index('heard    "para" (1.00)')
@@ -79,22 +81,24 @@ def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(voz: Call, robo
     assert 'heard    "más despacio" (1.00)' in said
 
 
-def test_without_the_language_the_list_is_refused_with_what_to_do(voz: Call) -> None:
-    complaint = voz("build-lm", "comandos.txt", "--out", "lm").complaint
+def test_without_the_language_the_list_is_refused_with_what_to_do(spanish_voz: Call) -> None:
+    complaint = spanish_voz("build-lm", "comandos.txt", "--out", "lm").complaint
     assert "voz language add DIR" in complaint
 
 
 @pytest.mark.slow
-def test_language_files_of_english_are_refused_where_the_settings_say_spanish(voz: Call) -> None:
-    voz("language", "add", "../cmusphinx-es", "--name", "es")
-    refused = voz("parse", "stop", "--lm", str(ROOT / "lm"))
+def test_language_files_of_english_are_refused_where_the_settings_say_spanish(
+    spanish_voz: Call,
+) -> None:
+    spanish_voz("language", "add", "../cmusphinx-es", "--name", "es")
+    refused = spanish_voz("parse", "stop", "--lm", str(ROOT / "lm"))
     assert refused.code == 2
     assert "made for English, and [language] says es" in refused.err
 
 
-def test_the_help_says_english(voz: Call) -> None:
-    assert "The commands are English" in " ".join(voz("--help").out.split())
+def test_the_help_says_english(spanish_voz: Call) -> None:
+    assert "The commands are English" in " ".join(spanish_voz("--help").out.split())
 
 
-def test_a_folder_without_a_model_is_refused(voz: Call) -> None:
-    assert "has no dictionary" in voz("language", "add", ".", "--name", "es").complaint
+def test_a_folder_without_a_model_is_refused(spanish_voz: Call) -> None:
+    assert "has no dictionary" in spanish_voz("language", "add", ".", "--name", "es").complaint

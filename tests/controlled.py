@@ -65,9 +65,9 @@ class Controlled:
         """End the motion until a new command."""
         self.take(StopMotion(why), now)
 
-    def press(self, now: float, why: str = "stopped by a key", pressed: float = 0.0) -> None:
-        """Stop by a key."""
-        self.take(Halt(why, pressed), now)
+    def press(self, now: float, pressed: float | None = None) -> None:
+        """Stop by a key; when it was pressed may not be known."""
+        self.take(Halt() if pressed is None else Halt(t=pressed), now)
 
     def lose(self, now: float, problem: str | None, name: str = "a", *sources: str) -> None:
         """Lose something, or find it again."""

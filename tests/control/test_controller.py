@@ -602,3 +602,12 @@ def test_what_others_have_to_say_is_handed_on_and_changes_nothing() -> None:
         controller.take(other, 1.0)
     assert events[-2:] == others
     assert controller.state == before
+
+
+def test_once_a_name_was_listened_for_what_lacks_it_in_doubt_wakes_nobody() -> None:
+    controller, events = listening_controller()
+    doubtful = replace(heard("go back", accepted=False, now=1), named=False, latency=0.2)
+    controller.hear(doubtful)
+    assert Attention(1.0, awake=False) in events
+    controller.hear(replace(heard("go forward", now=2), latency=0.2))
+    assert not controller.moving

@@ -141,7 +141,7 @@ class Session:
         self._report_problems()
 
     def on_beat(self, now: float) -> None:
-        """StopMotion if something is lost (S5), and send the velocities; `now` in s."""
+        """Stop if something is lost (S5), and send the velocities; `now` in s."""
         for check in self.checks:
             check(now)
         if flood := self.inbox.flood_report(now):
@@ -168,7 +168,7 @@ class Session:
         self.controller.state = change_rules(self.controller.state, unwatched_sources=unwatched)
 
     def watch(self, name: str, trouble: Trouble, *sources: str) -> None:
-        """StopMotion when `trouble` returns why something is lost (S5).
+        """Stop when `trouble` returns why something is lost (S5).
 
         Args:
             name: which, for messages.
@@ -179,7 +179,7 @@ class Session:
         self.checks.append(lambda now: self._take(Health(name, trouble(), back, sources), now))
 
     def watch_input(self, speech_input: SpeechInput) -> None:
-        """StopMotion when nothing is heard (S5), and send each changed velocity at once."""
+        """Stop when nothing is heard (S5), and send each changed velocity at once."""
         sources = (speech_input.source,)
 
         def check(now: float) -> None:

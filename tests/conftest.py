@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
 
@@ -47,6 +50,22 @@ def no_audio_thread_left() -> Iterator[None]:
         if thread.name in AUDIO_THREADS:
             thread.join(PATIENCE)
             assert not thread.is_alive(), thread
+
+
+@pytest.fixture(autouse=True)
+def machine(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Hold back the tests of other processes while one runs that needs the whole machine."""
+    alone = request.node.get_closest_marker("alone") is not None
+    locks = [
+        Path(tempfile.gettempdir()) / f"voz-tests-{os.getuid()}.{name}"
+        for name in ("gate", "machine")
+    ]
+    with locks[0].open("w") as gate, locks[1].open("w") as machine:
+        fcntl.flock(gate, fcntl.LOCK_EX)  # so that no others begin while one waits for its turn
+        fcntl.flock(machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        fcntl.flock(gate, fcntl.LOCK_UN)
+        yield
+        fcntl.flock(machine, fcntl.LOCK_UN)  # closing is not enough: a fork may have it, too
 
 
 @pytest.fixture

@@ -337,6 +337,7 @@ def test_two_pages_one_drives_and_taking_over_is_asked_and_seen(
 
 
 @pytest.mark.realtime
+@pytest.mark.alone
 def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives_on(
     robot: PageRobot, context: BrowserContext
 ) -> None:

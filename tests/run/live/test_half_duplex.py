@@ -13,7 +13,8 @@ from loudspeaker import Recorder, is_silent, recording
 from programs import PATIENCE
 from recordings import FIXTURES
 
-pytestmark = [pytest.mark.slow, pytest.mark.realtime]
+# To clean the sound of an echo takes half of a slow core: beside others it comes too late.
+pytestmark = [pytest.mark.slow, pytest.mark.realtime, pytest.mark.alone]
 
 # A room delays by the same time always. With less latency a busy machine's loopback runs out of
 # sound; then, as without adjust_time=0, it changes its rate, and no echo canceller can follow.

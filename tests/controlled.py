@@ -7,24 +7,17 @@ from typing import Any
 
 from voz.config import default_commands
 from voz.control.bounded_motion import Place
-from voz.control.controller import ControllerState, Rules, change_rules, halted, step
-from voz.control.messages import (
-    Beat,
-    ControllerMessage,
-    Halt,
-    Health,
-    Rehearsal,
-    StopMotion,
-    too_late,
-)
+from voz.control.controller import ControllerState, Rules, change_rules
+from voz.control.messages import Beat, Halt, Health, Rehearsal, StopMotion, too_late
 from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.events import Event, Partial, Utterance
+from voz.run.dispatcher import Dispatcher
 from voz.settings import Safety
 
 
-class Controlled:
-    """Keeps what `step` returns; attributes of `Rules` may be given.
+class Controlled(Dispatcher):
+    """Keeps the events; attributes of `Rules` may be given.
 
     Attributes:
         events: all so far.
@@ -39,14 +32,9 @@ class Controlled:
         **rules: Any,
     ) -> None:
         rules = {"table": table or default_commands(), "safety": safety or Safety(), **rules}
-        self.state = ControllerState(Rules(**rules), State(listening=listening))
+        state = ControllerState(Rules(**rules), State(listening=listening))
         self.events: list[Event] = []
-        self._odometry = odometry
-
-    def take(self, message: ControllerMessage, now: float) -> None:
-        """Let a message take effect."""
-        self.state, events = step(self.state, message, now, self._odometry(now))
-        self.events += events
+        super().__init__(state, [self.events.append], odometry)
 
     def hear(self, event: Utterance | Partial, late: bool = False) -> None:
         """Let an utterance or a partial take effect."""
@@ -56,10 +44,6 @@ class Controlled:
     def send(self, now: float) -> None:
         """Let time pass."""
         self.take(Beat(), now)
-
-    def halt(self) -> None:
-        """Let the robot stand still."""
-        self.state = halted(self.state)
 
     def stop(self, now: float, why: str) -> None:
         """End the motion until a new command."""
@@ -80,23 +64,3 @@ class Controlled:
     def change_rules(self, **changes: Any) -> None:
         """Control by other rules."""
         self.state = change_rules(self.state, **changes)
-
-    @property
-    def velocities(self) -> tuple[float, float]:
-        """The velocities, m/s and rad/s."""
-        return self.state.robot.motion.velocities()
-
-    @property
-    def moving(self) -> bool:
-        """Whether the robot is asked to move."""
-        return self.state.robot.moving
-
-    @property
-    def listening(self) -> bool:
-        """Whether commands are obeyed."""
-        return self.state.robot.listening
-
-    @property
-    def awake(self) -> bool:
-        """Whether spoken commands count."""
-        return self.state.reported.awake

@@ -123,15 +123,10 @@ def drive_live(
         session.recognizer = recognizer
         session.recorder = enter(record(session.warn)) if record else None
         enter(speak_replies(session))
-        own = session.speaker.mixer if session.speaker and settings.speech.half_duplex else None
-        sound = replace(
-            (shown.sound if shown else None) or sound,
-            playback=shown.audible_playback(own) if shown else own,
-        )
         hearing = session.hearing = enter(
             Hearing(
-                recognizer, sound, session.inbox, session.clock.now, session.recorder,
-                never_missed=settings.recognition.never_missed,
+                recognizer, _sound(session, sound, shown), session.inbox, session.clock.now,
+                session.recorder, never_missed=settings.recognition.never_missed,
             )
         )  # fmt: skip
         line = enter(_text_commands(session, recognizer, other_recognizer))
@@ -148,28 +143,49 @@ def drive_live(
             session.receivers.append(served.receive)
             enter(served.serving())
         if terminal:
-            note = session.recorder
-            display = Display(
-                hearing, controller, lambda: line.text, lambda: note.note if note else "",
-                session.view,
-            )  # fmt: skip
+            display = _display(session, hearing, line)
             session.receivers.append(display.receive)
             enter(terminal.live(display.__rich__))
         else:
-            sources = (
-                [] if hearing.device == NO_MICROPHONE else [f"the microphone {hearing.device}"]
-            )
-            sources += ["typed commands"] if can_read_input() else []
-            sources += ["another recognizer"] if other_recognizer else []
-            sources += ["Wyoming clients"] if service else []
-            first = "" if session.spec.listening else '; say "start speech" first'
-            announce(f"listening to {' and '.join(sources)}{first}")
+            others = [
+                *(["another recognizer"] if other_recognizer else []),
+                *(["Wyoming clients"] if service else []),
+            ]
+            announce(_listening_line(hearing, others, session.spec.listening))
         if shown:
             session.receivers.append(shown.receive)
             session.add_unwatched(shown.unwatched_source)
             session.watch(PAGE, lambda: shown.trouble(controller.moving), *shown.sources)
         session.watch_input(enter(shown.serving(session)) if shown else hearing)
         yield
+
+
+def _sound(session: Session, sound: SoundSource, page: Page | None) -> SoundSource:
+    """Return a page's browser or another sound, with the playback that it may pick up."""
+    own = session.speaker.mixer if session.speaker else None
+    own = own if session.spec.settings.speech.half_duplex else None
+    sound = (page.sound if page else None) or sound
+    return replace(sound, playback=page.audible_playback(own) if page else own)
+
+
+def _display(session: Session, hearing: Hearing, line: TypedLine) -> Display:
+    recorder = session.recorder
+    return Display(
+        hearing,
+        session.controller,
+        lambda: line.text,
+        lambda: recorder.note if recorder else "",
+        session.view,
+    )
+
+
+def _listening_line(hearing: Hearing, others: Sequence[str], listening: bool) -> str:
+    """Say what is listened to."""
+    no_microphone = hearing.device == NO_MICROPHONE
+    sources = [] if no_microphone else [f"the microphone {hearing.device}"]
+    sources += ["typed commands"] if can_read_input() else []
+    first = "" if listening else '; say "start speech" first'
+    return f"listening to {' and '.join([*sources, *others])}{first}"
 
 
 @contextmanager

@@ -175,8 +175,11 @@ class Session:
             trouble: called in each beat.
             sources: of the commands that come from it; while it is lost they move nothing.
         """
-        back = f"{name} is there"
-        self.checks.append(lambda now: self._take(Health(name, trouble(), back, sources), now))
+
+        def check(now: float) -> None:
+            self.controller.take(Health(name, trouble(), f"{name} is there", sources), now)
+
+        self.checks.append(check)
 
     def watch_input(self, speech_input: SpeechInput) -> None:
         """Stop when nothing is heard (S5), and send each changed velocity at once."""
@@ -184,7 +187,7 @@ class Session:
 
         def check(now: float) -> None:
             problem = speech_input.trouble(self.controller.moving)
-            self._take(Health("hearing", problem, "listening again", sources), now)
+            self.controller.take(Health("hearing", problem, "listening again", sources), now)
 
         self.checks.insert(0, check)
         self._at_once = True
@@ -202,9 +205,6 @@ class Session:
             self.inbox.put(Notice(self.clock.now(), text, good))
         else:
             self._problems.append(text)
-
-    def _take(self, health: Health, now: float) -> None:
-        self.controller.take(health, now)
 
     def _report_problems(self) -> None:
         """Report at the end only what a speaker's threads found: they are not on time."""

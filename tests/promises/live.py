@@ -117,6 +117,7 @@ class Live:
             "find the robot": lambda: setattr(self, "unreachable", None),
             "lose the page": lambda: self.browser and self.browser.lose_network(),
             "find the page": lambda: self.browser and self.browser.find_network(),
+            "silence the page": lambda: self.browser and setattr(self.browser, "silent", True),
             "close the page": lambda: self.browser and self.browser.close(),
             "lose the microphone": lambda: self._lose_microphone(True),
             "find the microphone": lambda: self._lose_microphone(False),

@@ -151,11 +151,13 @@ class Browser:
 
     Attributes:
         secret: authorizes it.
+        silent: whether it does not answer any more, though its sound goes on.
         states: the last state that it was sent.
     """
 
     def __init__(self, server: Server, timeline: Timeline) -> None:
         self.secret = ""
+        self.silent = False
         self.stops = 0
         self.room = Room()
         self.answers: list[Any] = []
@@ -242,7 +244,7 @@ class Browser:
     def _take(self, record: dict[str, Any]) -> None:
         if record["type"] == "welcome":
             self.secret = record["secret"]
-        elif record["type"] == "state":
+        elif record["type"] == "state" and not self.silent:
             self._events.put({"type": "seen"})
 
     def _pong(self, record: dict[str, Any]) -> None:

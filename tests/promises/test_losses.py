@@ -88,6 +88,20 @@ def check(outcome: Outcome, stalls: bool) -> None:
     assert outcome.meters(held_up, held_up + 10) <= METERS + 1e-9
 
 
+SOUND_OF_A_PAGE = [door for door in LIVE if door.browser_listens and door.spoken]
+
+
+@pytest.mark.parametrize("door", SOUND_OF_A_PAGE, ids=str)
+def test_the_sound_of_a_page_that_does_not_answer_moves_nothing_that_stands(door: LiveDoor) -> None:
+    """It counts as gone after .35 s; others may drive after 3 s."""
+    heard = door.run(Given(), [say(1.5, "go forward")], 4)
+    assert heard.obeyed == ["go forward"]
+    outcome = door.run(Given(), [Do(1, "silence the page"), say(1.5, "go forward")], 4)
+    assert outcome.error is None
+    assert outcome.obeyed == []
+    assert outcome.moving(0) == []
+
+
 PAIRS = [(door, first) for door in LIVE if door.watched for first in losses_at(door)]
 
 

@@ -285,6 +285,10 @@ class PageAudioStream:
             return None
         return self._microphone.take_block(block.sound, now - max(0.0, age))
 
+    def skip_block(self) -> None:
+        """Leave out a block of a page that counts as gone."""
+        self._microphone.note_gap()
+
     def close(self) -> None:
         """Note that the page has gone."""
         self._microphone.note_page_gone()

@@ -148,7 +148,9 @@ class WebSocketApi:
                 return
             text, data = message.get("text"), message.get("bytes")
             try:
-                if data is not None:
+                if data is not None and not self._registry.is_answering(page):
+                    stream.skip_block()
+                elif data is not None:
                     late = stream.take_block(data)
                     if late is not None and notice_limit.allows(time.monotonic()):
                         await socket.send_text(encode_record({"type": "late", "seconds": late}))

@@ -4,7 +4,7 @@
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
 #   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report, ros2, web, wyoming
-#   sh tools/install.sh training what makes the weights of the second ear, in the folder .venv-training
+#   sh tools/install.sh training what makes the weights of the phoneme network, in the folder .venv-training
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #

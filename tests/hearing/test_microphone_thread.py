@@ -17,13 +17,12 @@ from live_robot import speak
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, ONLY_SILENCE
 from voz.events import Notice
 from voz.hearing.microphone_thread import (
     LOSS_WARNING_INTERVAL,
     MUTE_WARNING,
     MUTED_AFTER,
-    ONLY_SILENCE,
     SilenceCheck,
     SoundWatch,
 )

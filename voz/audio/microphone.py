@@ -25,6 +25,9 @@ PULSE_DEVICE = "pulse"
 
 SOURCE_VARIABLE = "PULSE_SOURCE"
 
+ONLY_SILENCE = "the microphone gives only silence"
+"""What is wrong with a muted one."""
+
 PACTL_TIMEOUT = 2.0
 """Time for the server to answer, s; one that hangs never does."""
 
@@ -210,7 +213,7 @@ class Microphone:
         alive: monotonic time of the last callback, s.
         arrived: monotonic arrival time of the block that was taken last, s.
         blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
-        whole, addressed: see `OpenMicrophone`.
+        complete, addressed: see `OpenMicrophone`.
     """
 
     complete = True

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import ECHO_EDGE, NOTHING_CLEANED, Cleaned, EchoCanceller
 from voz.audio.echo_alignment import MAX_ECHO_DELAY
+from voz.audio.segment import feed_all
 from voz.audio.sound_files import to_int16
 from voz.events import Partial, Utterance, shift_time
 from voz.language.sentences.spelling import normalize
@@ -203,7 +204,7 @@ class HalfDuplex:
     ) -> Iterator[Utterance | Partial]:
         """Pass on commands that count, and mark others as ignored; drop the rest."""
         for event in events:
-            never_missed = bool({event.text, event.name} & {*self._never_missed})
+            never_missed = self._is_never_missed(event)
             if isinstance(event, Partial):
                 if never_missed and not self._spotter.works:
                     yield shift_time(event, self._guarded_since)
@@ -226,13 +227,16 @@ class HalfDuplex:
         played, _ = self._loudspeaker.recent(since + MAX_RECOGNIZED_DELAY)
         return not self._spotter.may_be_echo(event.text, played)
 
+    def _is_never_missed(self, event: Utterance | Partial) -> bool:
+        return not {event.text, event.name}.isdisjoint(self._never_missed)
+
     def _marked(self, event: Utterance | Partial) -> Utterance | Partial:
         """Mark a command that may be what a late loudspeaker says; one that stops never is."""
         if self._loudspeaker is None or isinstance(event, Partial) or not event.accepted:
             return event
         since = self._fed / SAMPLE_RATE - event.start
         quiet = self._arrived - since - self._loudspeaker.busy_until()  # before it was said
-        if quiet > MAX_LATE_PLAYBACK or {event.text, event.name} & {*self._never_missed}:
+        if quiet > MAX_LATE_PLAYBACK or self._is_never_missed(event):
             return event
         played, _ = self._loudspeaker.recent(min(since + MAX_LATE_PLAYBACK, MAX_RECENT_SECONDS))
         return replace(event, ignored="robot_speaking") if self._says(played, event.text) else event
@@ -240,7 +244,7 @@ class HalfDuplex:
     def _says(self, played: npt.NDArray[np.float32], text: str) -> bool:
         """Whether a command is heard in what was played, 16 kHz: without a room it is clear."""
         own = open_stream(self._recognizer, self._source, spotting=False, learns=False)
-        return any(heard.text == text for heard in (*own.feed(to_int16(played)), *own.finish()))
+        return any(heard.text == text for heard in feed_all(own, [to_int16(played)]))
 
     def _is_said(self, event: Utterance, limits: PlaybackLimits) -> bool:
         begin = (self._guard_fed - len(self._record.samples)) / SAMPLE_RATE

@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, open_microphone
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, ONLY_SILENCE, open_microphone
 from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
 from voz.audio.segment import NO_SAMPLES
 from voz.errors import AudioError, VozError
@@ -32,8 +32,6 @@ MUTED_AFTER_IN_MOTION = 0.35
 
 LOSS_WARNING_INTERVAL = 5.0
 """Between two warnings of lost sound, s."""
-
-ONLY_SILENCE = "the microphone gives only silence"
 
 MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` shows it"
 

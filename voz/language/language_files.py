@@ -290,7 +290,7 @@ def check_files(files: LanguageFiles) -> None:
         if files.templates.exists():
             raise LanguageError(f"{files.fingerprint}: is missing; {REBUILD_ADVICE}")
         words = read_pronunciations(files)
-        sentences = parse_sentences(read_plain_text(files.sentences), files.sentences)
+        sentences = read_sentences(files)
         check_words(sentences, words, files.sentences)
         if read_plain_text(files.grammar) != jsgf(sentences):
             raise LanguageError(

@@ -17,7 +17,6 @@ import msgspec
 
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, sha256, shown_path
-from voz.language.acoustic_model import compute_distances, read_model_file
 from voz.language.dictionaries import LetterRules, read_dictionary, read_rules
 from voz.language.phone_distances import PhoneDistances, read_distances
 from voz.settings import SpokenLanguage
@@ -88,7 +87,7 @@ def english() -> LanguageInfo:
 
 
 MODEL_FOLDER, DICTIONARY_FILE, RULES_FILE = "model", "dictionary.txt", "rules.txt"
-"""What a copy is called in its folder."""
+"""Names of the parts in the folder of an added language."""
 
 MODEL_FILES = ("mdef", "means", "variances", "transition_matrices", "feat.params")
 WEIGHT_FILES = ("sendump", "mixture_weights")
@@ -164,6 +163,8 @@ def read_language(sources: LanguageSources) -> OtherLanguage:
 
 def language_info(sources: LanguageSources) -> LanguageInfo:
     """Collect what language files keep of a language; raises LanguageError."""
+    from voz.language.acoustic_model import compute_distances  # loads numpy, which English saves
+
     folder = sources.acoustic_model
     digest = model_digest(folder)
     found = compute_distances(folder)
@@ -173,6 +174,8 @@ def language_info(sources: LanguageSources) -> LanguageInfo:
 
 def model_digest(folder: Path) -> str:
     """The SHA-256 of an acoustic model; raises LanguageError if a file is missing."""
+    from voz.language.acoustic_model import read_model_file  # as above
+
     weights = [name for name in WEIGHT_FILES if (folder / name).is_file()]
     total = sha256()
     for name in (*MODEL_FILES, *(weights or WEIGHT_FILES[:1])):

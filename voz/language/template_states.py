@@ -8,7 +8,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 from voz.language.sentences.automaton import NO_LABEL, Arcs, Automaton, minimized
 from voz.language.sentences.command_set import MarkedArc, SlotMarks, SlotReader
@@ -72,7 +71,7 @@ class _States:
         elif isinstance(item, Permutation):
             self._lay_in_any_order(item.items, start, end)
         elif isinstance(item, NumberRange):
-            self.lay(_number_words(item), start, end)
+            self.lay(tagged_wordings(item), start, end)
         elif isinstance(item, Tag):
             self._lay_marked(item.item, (("<", ""),), ((">", item.value),), start, end)
         elif isinstance(item, Slot):
@@ -140,11 +139,6 @@ class _States:
                 seen.add(at)
                 yield at, marks
                 todo += [(to, marks + more) for more, to in reversed(self.silent[at])]
-
-
-@lru_cache(maxsize=1000)
-def _number_words(numbers: NumberRange) -> Expression:
-    return tagged_wordings(numbers)
 
 
 MAX_JOINED_STATES = 300_000

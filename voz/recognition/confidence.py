@@ -51,7 +51,7 @@ class Model(CheckedRecord, frozen=True, forbid_unknown_fields=True):
 class Models(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """The models with the network and without it."""
 
-    with_network: Model  # with the network
+    with_network: Model
     without_network: Model
 
 

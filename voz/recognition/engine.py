@@ -103,9 +103,8 @@ class RecognitionEngine(PublicNames):
         check(renewed.commands)
         renewed.learned = self._interpreter.learned
         self._interpreter = renewed
-        renewed.rule.set_false_alarm_rate(
-            self._settings
-        )  # another thread may have set them meanwhile
+        # Another thread may have set it meanwhile.
+        renewed.rule.set_false_alarm_rate(self._settings)
 
     def set_false_alarm_rate(self, alarms: float) -> None:
         """Set the false alarms in an hour of talk, on any thread; ConfigError if out of range."""

@@ -44,7 +44,7 @@ MAX_BEST = 100
 
 
 class Details(CheckedRecord, frozen=True):
-    """What is asked for."""
+    """What an utterance has besides the command; it costs time."""
 
     words: bool = False  # when each word was said
     best: Annotated[int, msgspec.Meta(ge=0, le=MAX_BEST)] = 0  # how many alternatives
@@ -173,13 +173,9 @@ class Interpreter:
         """What would make the robot's name better; empty if it is good, or there is none."""
         return self._name_advice() if self._name_advice else ""
 
-    def is_name(self, text: str) -> bool:
-        """Whether a text is the robot's name."""
-        return bool(text) and text == self._name
-
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""
-        return bool(text) and (self.is_name(text) or self.commands.has_continuation(text))
+        return bool(text) and (text == self._name or self.commands.has_continuation(text))
 
     def command_name(self, text: str) -> str | None:
         """The name of a sentence's command, if it is not the sentence itself."""
@@ -195,7 +191,7 @@ class Interpreter:
             decision: about what was understood of a segment.
             decided: time of the decision, s.
             source: name of the stream.
-            details: what is told besides.
+            details: what the utterance has besides.
         """
         heard = decision.hypothesis
         segment, text = heard.segment, heard.text
@@ -229,7 +225,7 @@ class Interpreter:
     def _is_said_with(self, decision: Decision) -> bool:
         """Whether the robot's name was said with a hypothesis, surely enough if it is all."""
         heard = decision.hypothesis
-        return heard.named and (decision.accepted or heard.text != self._name)
+        return heard.named and (decision.accepted or not decision.required.is_name)
 
     def _perhaps(
         self, decision: Decision, between: tuple[str, str] | None

@@ -20,7 +20,7 @@ from voz.language.language_files import (
 from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
-from voz.language.spoken_language import LanguageInfo
+from voz.language.spoken_language import LanguageInfo, check_acoustic_model
 from voz.settings import Recognition
 
 
@@ -55,10 +55,7 @@ def load_language(files: LanguageFiles) -> Language:
     check_files(files)
     dictionary = read_pronunciations(files)
     spoken = read_language_info(files)
-    if not spoken.uses_default_model:
-        from voz.language.spoken_language import check_acoustic_model
-
-        check_acoustic_model(spoken, files.folder)
+    check_acoustic_model(spoken, files.folder)
     said = with_british(dictionary) if spoken.is_english else dictionary
     return Language(files, read_commands(files), dictionary, said, spoken)
 

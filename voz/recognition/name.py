@@ -19,6 +19,8 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.language.pronunciation import PRONUNCIATIONS_FILE
+from voz.language.similarity import find_similar
+from voz.language.similarity_report import WARNING_SIMILARITY
 from voz.recognition.confidence import sigmoid
 from voz.recognition.language import Language, spellings
 from voz.recognition.network.ctc import NOWHERE, Floats, Lattice, Places, best_path
@@ -367,9 +369,6 @@ def advice_on_name(language: Language, network: PhonemeScorer, name: str) -> str
 
 def _sounds_like(language: Language, name: str) -> str:
     """The command that sounds most like a name; empty if none sounds much like it."""
-    from voz.language.similarity import find_similar
-    from voz.language.similarity_report import WARNING_SIMILARITY
-
     said = {
         word: [" ".join(phones) for phones in ways]
         for word, ways in spellings(language.pronunciations).items()

@@ -165,7 +165,7 @@ class Stream:
         is_speech = not heard.features or heard.speech_probability > 0
         if utterance.accepted:
             self._segmenter.mark_command()
-            if self._interpreter.is_name(utterance.text):
+            if decision.required.is_name:
                 self._name_until = heard.spoken_until
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance

@@ -15,6 +15,7 @@
 | another command over a reply | a higher score and level | `COMMAND_LIMITS` |
 | a command that a reply may have said | a score | `MIN_SCORE_WITHIN` |
 | `stop`, without the network | a lead of another command | `NEVER_MISSED_TOLERANCE` |
+| the same | a share of the speech that the other covers | `MIN_COVERAGE` |
 
 A confidence or share is from 0 to 1; scores are those of the network, nats.
 """
@@ -73,7 +74,7 @@ NEVER_MISSED_TOLERANCE = 1.1
 """A command that must not be missed wins although it is worse by this, nats per frame."""
 
 MIN_COVERAGE = 0.75
-"""If its words cover this share of the speech that the better command covers."""
+"""Its words must cover this share of the speech that the better command covers."""
 
 
 @dataclass(frozen=True)

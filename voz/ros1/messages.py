@@ -10,7 +10,7 @@ import functools
 from dataclasses import dataclass
 from typing import Any
 
-from voz.hearing.microphone_thread import ONLY_SILENCE
+from voz.audio.microphone import ONLY_SILENCE
 
 
 @dataclass(frozen=True)

@@ -313,7 +313,7 @@ def plain_commands(sentences: Sequence[str]) -> Commands:
 
 
 class StoredCommands(msgspec.Struct, frozen=True):
-    """What the file holds.
+    """What the `.templates` file of a language holds.
 
     Attributes:
         sources: the SHA-256 of each template file, by its path relative to the folder.

@@ -205,6 +205,7 @@ def numbers_in(numbers: NumberRange) -> list[Fraction]:
     return [numbers.first + n * numbers.step for n in range(count)]
 
 
+@lru_cache(maxsize=1000)
 def tagged_wordings(numbers: NumberRange) -> Expression:
     """Return all wordings of a range, tagged with their numbers; for two numbers, the smaller."""
     said: dict[str, Fraction] = {}

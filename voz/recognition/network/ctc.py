@@ -260,7 +260,7 @@ class SentenceSearch:
         return direct, by_blank
 
     def search(self, log_ratios: Floats, before: Floats, behind: Floats) -> FoundSentences:
-        """Search a sound; arguments are those of `ctc.best_matches`."""
+        """Search a sound; arguments are those of `best_matches`."""
         return FoundSentences(self, *self._forward(log_ratios, before), behind)
 
     def _forward(self, log_ratios: Floats, before: Floats) -> tuple[Floats, Places]:

@@ -13,13 +13,11 @@ from typing import NamedTuple
 
 from voz.audio import Samples
 from voz.language.acoustic_model import SILENCE_PHONE
+from voz.language.grammar import FsgArc
 from voz.language.phone_distances import read_distances
 from voz.recognition.language import Language, Shortlist
 from voz.recognition.pocketsphinx.decoder import load_decoder, process
 from voz.recognition.thresholds import MIN_COVERAGE, NEVER_MISSED_TOLERANCE
-
-Arc = tuple[int, int, float, str] | tuple[int, int, float]
-"""From one state to another with a weight, and a word unless it is an empty transition."""
 
 SILENCE = "<sil>"
 
@@ -30,7 +28,7 @@ SILENCE_WEIGHT = 0.005
 class Graph(NamedTuple):
     """The arcs from state 0, the last state of each command, and the state of the phone loop."""
 
-    arcs: list[Arc]
+    arcs: list[FsgArc]
     ends: dict[str, int]
     loop: int
 
@@ -42,7 +40,7 @@ def phone_word(phone: str) -> str:
 
 def search_graph(commands: Sequence[str], loop: Sequence[str]) -> Graph:
     """Build a prefix tree of commands beside a loop of phones, with silences everywhere."""
-    arcs: list[Arc] = []
+    arcs: list[FsgArc] = []
     state = count(1)
     ends = {"": 0}  # of every beginning of a command
     for before, word, after in _steps(commands):

@@ -54,9 +54,9 @@ FULL_WEIGHT_SHARE = 1 / 3
 """Share from which an utterance has its full weight: of people's talk, 1 in 30 is learned from."""
 
 
-def teaches(values: Mapping[str, float], trust: float) -> bool:
-    """Whether an utterance of these features and trust is learned from."""
-    return trust > 0 and values.get("phones", -np.inf) >= MIN_PHONES_RATIO
+def teaches(features: Mapping[str, float], speech_probability: float) -> bool:
+    """Whether an utterance is learned from."""
+    return speech_probability > 0 and features.get("phones", -np.inf) >= MIN_PHONES_RATIO
 
 
 Shift = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]

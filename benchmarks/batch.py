@@ -61,8 +61,8 @@ import sys
 from pathlib import Path
 from voz.audio.sound_files import read_blocks
 from voz.audio.denoise import denoise_if_noisy
-from voz.audio.segmenter import (segments)
-from voz.language.language_files import (LanguageFiles)
+from voz.audio.segmenter import segments
+from voz.language.language_files import LanguageFiles
 from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 from voz.recognition.language import load_language
 decoder = Decoder(load_language(LanguageFiles(Path(sys.argv[2]))))

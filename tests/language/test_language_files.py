@@ -131,7 +131,7 @@ import soundfile
 from voz import LanguageError
 from voz.settings import Recognition
 from voz.language.language_files import LanguageFiles
-from voz.api.recognizer import (Recognizer)
+from voz.api.recognizer import Recognizer
 
 samples, _ = soundfile.read(sys.argv[1], dtype="int16")
 for folder in sys.argv[2:]:

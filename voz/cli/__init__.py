@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the program's name; None takes those of the process.
 
     Returns:
-        The exit code: 0, one of those of `process/signals.py`.
+        The exit code: 0, one of those in `process/signals.py`, or of a signal.
     """
     signals.install()
     setup.set_up()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -182,6 +181,8 @@ def _calibrate(
     said: list[Said], language: LanguageFiles, settings: Recognition, name: str
 ) -> Calibration:
     """Find the profile and keep it, with a progress bar."""
+    import tempfile
+
     from rich.console import Console
     from rich.progress import Progress
 

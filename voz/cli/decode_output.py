@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from voz.apps.batch.outcomes import Totals, results_for_clips
+from voz.apps.batch.outcomes import Totals
 from voz.cli.text_io import info, show, show_raw
 from voz.errors import ConfigError
+from voz.files import shown_path
 
 if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.outcomes import Outcome, Row, UtteranceRow
     from voz.apps.batch.scheduler import Finished
+    from voz.apps.evaluation.results import Result
+    from voz.apps.recordings.manifest import Clip
     from voz.cli.decode_command import DecodeOptions
     from voz.config import Config
 
@@ -193,7 +196,7 @@ def _explaining_resume(output: str) -> Iterator[None]:
 
 def _report_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     """Report how well the recordings of manifests were understood."""
-    results = list(results_for_clips(inputs.clips, heard))
+    results = list(_results(inputs.clips, heard))
     if not results:
         return
     from voz.extras import require
@@ -209,3 +212,24 @@ def _report_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     for table in main_tables(score(results), []):
         for line in ("", *table_text(table).split("\n")):
             info(line)
+
+
+def _results(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterator[Result]:
+    """Combine manifests with outcomes; stretches of streams are left to `voz eval`."""
+    from msgspec.structs import replace
+
+    from voz.apps.batch.outcomes import UtteranceRow
+    from voz.apps.evaluation.results import Understood, empty_result
+
+    for clip in clips:
+        outcome = outcomes.get(shown_path(clip.path))
+        if clip.start is None and outcome is not None and not outcome.failed:
+            heard = [row for row in outcome.rows if isinstance(row, UtteranceRow)]
+            yield replace(
+                empty_result(clip),
+                heard=tuple(
+                    Understood(h.text, h.confidence, h.accepted, h.start, h.end) for h in heard
+                ),
+                seconds=outcome.seconds,
+                cpu=outcome.cpu,
+            )

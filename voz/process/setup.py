@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import sys
 
 SWITCH_INTERVAL = 0.001
@@ -54,7 +53,9 @@ NOT_LOADED = ("failed to map segment", "cannot allocate memory", "can't start ne
 
 def check_memory(kilobytes: int) -> None:
     """Raise ConfigError if `ulimit -v` allows less address space than that."""
-    from voz.errors import ConfigError  # not at the top: signals wait for imports
+    import resource  # neither at the top: signals wait for imports
+
+    from voz.errors import ConfigError
 
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < kilobytes * 1024:

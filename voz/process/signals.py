@@ -1,4 +1,7 @@
-"""The exit codes besides 0; from 128 on it was a signal, see `voz.process.signals`."""
+"""How the program ends: its exit codes; by a signal, or although an audio library hangs.
+
+A signal raises an exception while the program starts, and sends a message while it drives.
+"""
 
 from __future__ import annotations
 

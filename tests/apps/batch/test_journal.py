@@ -60,7 +60,7 @@ def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> No
     with open_journal(output, HEADER, NAMES, resume=False) as journal:
         for name in NAMES[1:]:
             journal.add(name, KNOWN[name])
-        journal.set_stamp(2, later)
+        journal.set_stamps([(2, later)])
     with open_journal(output, HEADER, NAMES, resume=True) as journal:
         stamps = {number: each.stamp for number, each in journal.stamps()}
         assert stamps == {n: KNOWN[NAMES[n]].stamp for n in range(1, 6)} | {2: later}

@@ -72,7 +72,7 @@ class Journal:
     def outcomes(self) -> Iterator[Outcome]:
         """All outcomes in the order of the recordings; each must have one."""
         found = self._database.execute(
-            "SELECT rows, seconds, cpu, stamp FROM input JOIN recording USING (file)"
+            "SELECT rows, seconds, cpu, stamp FROM input LEFT JOIN recording USING (file)"
             " ORDER BY number"
         )
         for rows, seconds, cpu, stamp in found:
@@ -87,12 +87,14 @@ class Journal:
         for number, file, stamp in found:
             yield number, RecordingStamp(file, _stamp(stamp))
 
-    def set_stamp(self, number: int, stamp: Stamp) -> None:
-        """Give a recording with the same bytes a new stamp."""
-        self._database.execute(
-            "UPDATE recording SET stamp = ? WHERE file = (SELECT file FROM input WHERE number = ?)",
-            (to_json(stamp), number),
-        )
+    def set_stamps(self, stamps: Iterable[tuple[int, Stamp]]) -> None:
+        """Give recordings with the same bytes new stamps, by their indexes."""
+        with _transaction(self._database):
+            self._database.executemany(
+                "UPDATE recording SET stamp = ?"
+                " WHERE file = (SELECT file FROM input WHERE number = ?)",
+                ((to_json(stamp), number) for number, stamp in stamps),
+            )
 
     def remove(self) -> None:
         """Remove the journal, whose output is written, before another run can lock it."""

@@ -14,10 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.apps.batch.stamps import Stamp
-from voz.apps.evaluation.results import Result, Understood, empty_result
-from voz.apps.recordings.manifest import Clip
 from voz.events import Alternative, Reason, SpokenWord, Utterance, to_json
-from voz.files import shown_path
 
 COLUMNS = (
     "file",
@@ -187,24 +184,3 @@ class Totals:
             f"{self.utterances:,} utterances, {self.accepted:,} accepted; {self.silent:,} "
             f"recordings with nothing in them, {self.failed:,} that could not be read",
         ]
-
-
-def results_for_clips(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterator[Result]:
-    """Combine manifests with outcomes, by the name of the recording in results.
-
-    Stretches of streams are left to `voz eval`.
-    """
-    for clip in clips:
-        outcome = outcomes.get(shown_path(clip.path))
-        if clip.start is None and outcome is not None and not outcome.failed:
-            yield _result(clip, outcome)
-
-
-def _result(clip: Clip, outcome: Outcome) -> Result:
-    heard = [row for row in outcome.rows if isinstance(row, UtteranceRow)]
-    return replace(
-        empty_result(clip),
-        heard=tuple(Understood(h.text, h.confidence, h.accepted, h.start, h.end) for h in heard),
-        seconds=outcome.seconds,
-        cpu=outcome.cpu,
-    )

@@ -106,9 +106,7 @@ def _changed(journal: Journal, names: Sequence[str], options: ResumeOptions) -> 
     """Find, and name to the user, the recordings that changed since they were decoded."""
     known = ((number, stamped.stamp) for number, stamped in journal.stamps())
     looked = list(check_stamps(names, known))
-    for each in looked:
-        if not each.changed:
-            journal.set_stamp(each.number, each.now)
+    journal.set_stamps((each.number, each.now) for each in looked if not each.changed)
     changed = [each.number for each in looked if each.changed]
     if changed:
         some = ", ".join(shown_name(names[number]) for number in changed[:MOST_NAMED])

@@ -79,7 +79,8 @@ class PartTask(msgspec.Struct, frozen=True):
 BatchTask: TypeAlias = DecodeTask | CutTask | PartTask
 
 TaskResult: TypeAlias = tuple[Outcome | None, ...] | CutPlan | DecodedPart | None
-"""Of files an outcome for each, None for one to be cut; of a cutting the plan, if there is one."""
+"""By the task: the outcomes of its files, None for one to be cut; the plan of a cut, None if there
+is none; or the part that was decoded."""
 
 
 BYTES_PER_MEGABYTE = 1_000_000

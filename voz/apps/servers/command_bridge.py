@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from voz.control.messages import Halt
 from voz.control.table import STOP
@@ -36,12 +36,16 @@ class CommandOutcome:
     problems: tuple[str, ...]
 
 
+Until: TypeAlias = Literal["utterance", "outcome", "rest"]
+"""What the sender of a command waits for."""
+
+
 @dataclass(frozen=True)
 class _Awaited:
     """A command, by its source, and what its sender waits for."""
 
     source: str
-    until: Literal["utterance", "outcome", "rest"]
+    until: Until
     answer: asyncio.Future[Any]
 
     def settle(self, answer: object) -> None:
@@ -72,9 +76,8 @@ class CommandBridge:
         """The command that a text is; None if it is none."""
         return read_text(text, self._known(), self._inbox.halts)
 
-    def stops(self, text: str) -> bool:
-        """Whether a text stops the robot."""
-        parse = self.read(text)
+    def stops(self, parse: Parse | None) -> bool:
+        """Whether what was read stops the robot."""
         return parse is not None and parse.command in self._inbox.halts
 
     def sentence(self, answer: str) -> str | None:
@@ -157,9 +160,7 @@ class CommandBridge:
         self._last_time = round(max(self._last_time + MIN_TIME_STEP, self._clock()), 4)
         return self._last_time
 
-    async def _answer(
-        self, t: float, source: str, until: Literal["utterance", "outcome", "rest"]
-    ) -> Any:
+    async def _answer(self, t: float, source: str, until: Until) -> Any:
         answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         self._awaited[t] = _Awaited(source, until, answer)
         try:

@@ -28,6 +28,9 @@ from typing import Any
 IDLE_TIMEOUT = 20.0
 """For a TLS handshake and a whole request or event, s: single bytes of one do not count."""
 
+SERVER_SHUTDOWN_TIMEOUT = 2.0
+"""For a server to end, s; the robot is at rest by then."""
+
 CLEANUP_INTERVAL = 0.5
 """How often connections that were idle for too long are closed, s."""
 

@@ -266,7 +266,7 @@ class PageRegistry:
             RobotError: the control loop did not answer.
         """
         page = self.page_with_secret(secret) if secret else None
-        if not self._bridge.stops(text):
+        if not self._bridge.stops(self._bridge.read(text)):
             await self._check_allowed(page, secret, stops)
         return await self._bridge.command(text, PAGE_SOURCE if page else PROGRAM_SOURCE)
 

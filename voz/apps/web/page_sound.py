@@ -53,7 +53,7 @@ class _Block:
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """A stream ends, whole or not."""
+    """A stream ends, complete or not."""
 
     complete: bool
 
@@ -133,7 +133,7 @@ class BrowserMicrophone:
             self._break("sound of the browser is missing: the network is too slow")
 
     def end_stream(self, complete: bool) -> None:
-        """Expect no more sound; an open segment is decided if the stream is whole, else dropped."""
+        """Expect no more sound; decide an open segment if the stream is complete, else drop it."""
         if self._expected:
             self._expected = False
             self._put(_End(complete))

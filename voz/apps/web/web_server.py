@@ -23,6 +23,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from voz.apps.servers.command_bridge import EventQueue
 from voz.apps.servers.connections import (
     PAGE_PLACES,
+    SERVER_SHUTDOWN_TIMEOUT,
     ConnectionGuard,
     ListeningSocket,
     RateLimit,
@@ -175,9 +176,6 @@ MAX_MESSAGE_BYTES = 32_768
 
 MAX_HEADER_BYTES = 16_384
 """Of a request: cookies of other services may be in it."""
-
-SERVER_SHUTDOWN_TIMEOUT = 2.0
-"""For the server to end, s; the robot is at rest by then."""
 
 
 FRAME_RATE, FRAME_BURST = 200.0, 1000.0

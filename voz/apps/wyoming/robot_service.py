@@ -36,6 +36,7 @@ from voz.apps.servers.command_bridge import CommandBridge, CommandOutcome, Event
 from voz.apps.servers.connections import (
     REQUEST_BURST,
     REQUEST_RATE,
+    SERVER_SHUTDOWN_TIMEOUT,
     ConnectionGuard,
     RateLimit,
     network_of,
@@ -46,7 +47,7 @@ from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
 from voz.errors import ConfigError, RobotError
 from voz.events import Event, explain_not_obeyed
 from voz.inbox import Inbox
-from voz.language.sentences.command_set import Commands
+from voz.language.sentences.command_set import Commands, Parse
 from voz.run.clocks import Clock, warner
 from voz.run.sources import parsed_utterance
 
@@ -108,11 +109,12 @@ class CommandHandler(Connection):
         robot = self._robot
         answer: Eventable | None = None
         transcript = Transcript.from_event(event) if Transcript.is_type(event.type) else None
-        stops = transcript is not None and robot.bridge.stops(transcript.text)
+        parse = robot.bridge.read(transcript.text) if transcript else None
+        stops = robot.bridge.stops(parse)
         if not stops and not robot.event_limit_of(network_of(self.peer)).allows(time.monotonic()):
             raise RobotError("too many events")
         if transcript:
-            answer = await self._obey(transcript.text, stops, transcript.context)
+            answer = await self._obey(transcript.text, parse, transcript.context)
         elif Describe.is_type(event.type):
             answer = _info(robot.commands(), robot.language)
         elif Recognize.is_type(event.type):
@@ -121,9 +123,10 @@ class CommandHandler(Connection):
         if answer:
             await self.write_event(answer.event())
 
-    async def _obey(self, text: str, stops: bool, context: Context) -> Eventable:
+    async def _obey(self, text: str, parse: Parse | None, context: Context) -> Eventable:
         robot = self._robot
-        if not stops and robot.page_drives() and robot.bridge.read(text):
+        stops = robot.bridge.stops(parse)
+        if not stops and parse and robot.page_drives():
             return NotHandled(PAGE_DRIVES, context)
         if not stops and not robot.limit.allows(time.monotonic()):
             return NotHandled(TOO_MANY, context)
@@ -167,10 +170,6 @@ def _info(commands: Commands, language: str) -> Info:
         handle=[HandleProgram(**program, models=[HandleModel(**model)])],
         intent=[IntentProgram(**program, models=[IntentModel(**model)])],
     )
-
-
-SERVER_SHUTDOWN_TIMEOUT = 2.0
-"""For the server to end, s; the robot is at rest by then."""
 
 
 class RobotService:

@@ -1,7 +1,4 @@
-"""Pictures, animations and live drawings of what a simulated robot does.
-
-Drawing in a terminal needs rich alone; files need matplotlib, which is imported only then.
-"""
+"""Pictures and animations of what a simulated robot did, by matplotlib, which is imported late."""
 
 from __future__ import annotations
 

@@ -19,15 +19,15 @@ from voz.recognition.pocketsphinx.decoder import mean_start
 from voz.recognition.pocketsphinx.evidence import (
     MAX_RIVALS,
     SILENCE,
-    Arc,
     CommandSearch,
     Evidence,
+    FsgArc,
     search_graph,
 )
 from voz.recognition.thresholds import NEVER_MISSED_TOLERANCE
 
 
-def ways(arcs: list[Arc], end: int) -> set[str]:
+def ways(arcs: list[FsgArc], end: int) -> set[str]:
     """All sentences from state 0 to the end, without silences."""
     found = {0: {""}}
     steps = sorted((a for a in arcs if a[0] != a[1]), key=lambda arc: arc[1] == end)

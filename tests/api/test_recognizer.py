@@ -23,7 +23,7 @@ from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import SCORE, load_models, save_models
 from voz.recognition.engine import confidence_model, open_stream
 from voz.recognition.network.phoneme_network import UnknownNetworkError
-from voz.recognition.thresholds import threshold_for, thresholds
+from voz.recognition.thresholds import threshold_for
 from voz.settings import Recognition
 
 
@@ -328,18 +328,6 @@ def test_what_is_no_speech_is_said_to_be_none(recognizer: Recognizer) -> None:
     heard = list(recognizer.utterances([np.concatenate(sounds)], ""))
     assert not any(u.accepted for u in heard)
     assert {u.reason for u in heard} <= {"no_speech", "too_short"}
-
-
-def test_it_takes_less_to_stop_than_to_move() -> None:
-    model = load_models().with_network
-    commands = ["go back", "stop"]
-    needed = thresholds(model, Recognition(missed_cost=4), commands)
-    assert needed["stop"] < needed["go back"]
-    odds = [p / (1 - p) for p in (needed["stop"], needed["go back"])]
-    assert odds[1] / odds[0] == pytest.approx(4)
-    fewer = thresholds(model, Recognition(false_alarms_per_hour=0.05), commands)
-    assert all(fewer[c] > thresholds(model, Recognition(), commands)[c] for c in commands)
-    assert thresholds(model, Recognition(threshold=0.7), commands) == dict.fromkeys(commands, 0.7)
 
 
 def test_commands_are_heard_while_somebody_else_talks_on(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from language.template_texts import commands_of
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import NO_SAMPLES, Segment
@@ -62,6 +63,17 @@ def test_an_answer_is_accepted_as_long_as_it_was_waited_for_when_it_was_said(
     assert (decision.accepted, decision.waits) == (True, False)
     rule.answers = ()
     assert decision.within(Context.SPEECH).accepted
+
+
+def test_any_sentence_of_a_template_that_must_not_be_missed_needs_less() -> None:
+    commands = commands_of("stop: halt now | (stop {n: 1..99} {m: 1..99})\ngo back")
+    rule = DecisionRule(commands, load_models().with_network, Recognition(missed_cost=4))
+    needed = {text: rule.threshold(text) for text in ("halt now", "stop one two", "go back", "no")}
+    assert needed["halt now"] == needed["stop one two"] < needed["go back"]
+    between = (needed["halt now"] + needed["go back"]) / 2
+    assert {text for text in needed if rule.accepts(text, between)} == {"halt now", "stop one two"}
+    assert needed["no"] is None
+    assert not rule.accepts("no", 1.0)
 
 
 SPEECH: Samples = np.random.default_rng(0).normal(0, 2000, 16000).astype(np.int16)

@@ -8,10 +8,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from voz.recognition.confidence import Model, load_models
-from voz.recognition.thresholds import threshold_for, thresholds
+from voz.recognition.thresholds import Thresholds, threshold_for, thresholds_of
 from voz.settings import Recognition
-
-COMMANDS = ["stop", "go back", "turn left"]
 
 
 def test_fewer_false_alarms_need_a_higher_threshold() -> None:
@@ -30,16 +28,16 @@ def test_what_must_not_be_missed_needs_less_and_all_others_the_same(
 ) -> None:
     model = load_models().with_network
     settings = Recognition(false_alarms_per_hour=alarms, missed_cost=cost)
-    needed = thresholds(model, settings, COMMANDS)
-    assert list(needed) == COMMANDS
-    assert 0 <= needed["stop"] <= needed["go back"] == needed["turn left"] <= 1
-    cheaper = thresholds(model, replace(settings, missed_cost=1.0), COMMANDS)
-    assert cheaper["go back"] == needed["go back"]
-    assert cheaper["stop"] == pytest.approx(cheaper["go back"])
+    needed = thresholds_of(model, settings)
+    assert 0 <= needed.never_missed <= needed.usual <= 1
+    odds = [p / (1 - p) for p in (needed.never_missed, needed.usual)]
+    assert odds[1] == pytest.approx(cost * odds[0])
+    cheaper = thresholds_of(model, replace(settings, missed_cost=1.0))
+    assert cheaper.usual == needed.usual == pytest.approx(cheaper.never_missed)
 
 
 @given(st.floats(0, 1))
 def test_a_threshold_that_is_given_is_that_of_every_command(threshold: float) -> None:
     model = load_models().with_network
-    needed = thresholds(model, Recognition(threshold=threshold, missed_cost=50), COMMANDS)
-    assert needed == dict.fromkeys(COMMANDS, threshold)
+    needed = thresholds_of(model, Recognition(threshold=threshold, missed_cost=50))
+    assert needed == Thresholds(threshold, threshold)

@@ -187,11 +187,10 @@ def _report_errors(results: Iterable[Result]) -> None:
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.apps.evaluation.scores import operating_points
-    from voz.language.language_files import read_commands
     from voz.recognition.engine import RecognitionEngine, confidence_model
 
-    model = confidence_model(RecognitionEngine(choice.language, choice.settings))
-    return operating_points(results, model, choice.settings, read_commands(choice.language))
+    engine = RecognitionEngine(choice.language, choice.settings)
+    return operating_points(results, confidence_model(engine), choice.settings, engine.commands)
 
 
 def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: EvalOptions) -> None:
@@ -258,10 +257,15 @@ def fit_confidence(
 
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
-    from voz.apps.evaluation import fit_confidence as fitting
-    from voz.apps.evaluation.fit_confidence import check_talk, collect_examples, describe_set
+    from voz.apps.evaluation.fit_confidence import (
+        check_talk,
+        collect_examples,
+        describe_set,
+        fit_models,
+    )
     from voz.apps.evaluation.recognize import tasks_for
     from voz.apps.recordings.manifest import read_manifests
+    from voz.language.language_files import find_language, read_commands
     from voz.recognition.confidence import save_models
     from voz.recognition.thresholds import threshold_for
 
@@ -270,20 +274,16 @@ def fit_confidence(
     check_not_read([out], [*manifests, *(clip.path for clip in clips)])
     check_new(out, overwrite)
     check_talk(clips)
+    commands = read_commands(find_language(lm))
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(collect_examples(clips, lm, jobs), RECOGNIZING, recordings))
-    examples = [example for of_recording in found for example in of_recording.examples]
-    alone = [example for of_recording in found for example in of_recording.alone]
     fitted_on = [describe_set(clips, name) for name in sorted({c.set for c in clips})]
-    hours = sum(of_recording.talk for of_recording in found) / 3600
-    commands = [clip for of_recording in found for clip in of_recording.commands]
-    models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)
+    models, accepted = fit_models(found, fitted_on, commands)
     threshold = threshold_for(models.with_network, models.with_network.default_alarm_rate)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )
-    counts = fitting.acceptance(examples, likely, threshold)
-    for name, (share, number) in counts.items():
+    for name, (share, number) in accepted.items():
         show(f"{share:8.3f} {number:5}  {name}")
     save_models(models, out)
     show(f"written: {out}")

@@ -242,6 +242,11 @@ class DecisionRule:
         """The confidence that a text needs, 0 to 1; None if it cannot be said."""
         return self._required(text).threshold
 
+    def accepts(self, text: str, confidence: float) -> bool:
+        """Whether a text of this confidence is accepted; what cannot be said is not."""
+        threshold = self.threshold(text)
+        return threshold is not None and confidence >= threshold
+
     def decide(self, heard: Hypothesis, context: Context) -> Decision:
         """Decide whether a hypothesis is accepted; `QUIET` if nothing follows it so far."""
         return decide(heard, self._required(heard.text), context)

@@ -23,7 +23,6 @@ A confidence or share is from 0 to 1; scores are those of the network, nats.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -86,17 +85,11 @@ class Thresholds:
 
 
 def thresholds_of(model: Model, settings: Recognition) -> Thresholds:
-    """Compute the thresholds; the arguments are those of `thresholds`."""
+    """The thresholds by a model and settings."""
     if settings.threshold is not None:
         return Thresholds(settings.threshold, settings.threshold)
     usual = threshold_for(model, settings.false_alarms_per_hour or model.default_alarm_rate)
     return Thresholds(usual, multiply_odds(usual, 1 / settings.missed_cost))
-
-
-def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
-    """The threshold of each command by a model and settings, 0 to 1."""
-    of = thresholds_of(model, settings)
-    return {c: of.never_missed if c in settings.never_missed else of.usual for c in commands}
 
 
 def threshold_for(model: Model, alarms: float) -> float:

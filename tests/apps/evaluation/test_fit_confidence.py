@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from language.template_texts import commands_of
 from msgspec.structs import replace
 from recordings import FIXTURES
 
 from voz.apps.evaluation.fit_confidence import (
     Example,
+    RecordingExamples,
     acceptance,
     check_talk,
     collect_examples,
@@ -26,6 +28,8 @@ from voz.apps.evaluation.fit_confidence import (
 )
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
+from voz.language.language_files import find_language, read_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.confidence import (
     NETWORK_FEATURES,
     POCKETSPHINX_FEATURES,
@@ -195,9 +199,19 @@ def test_what_a_rate_costs_counts_all_commands_also_those_of_which_nothing_was_h
         example(commands[2], {}, False),
         example(clip(9, "talk"), {}, False),
     ]
-    costs = with_costs(model, some, [0.7, 0.6, 0.9, 0.8, 0.9], commands).costs
+    language = plain_commands(["go back"])
+    costs = with_costs(model, some, [0.7, 0.6, 0.9, 0.8, 0.9], commands, language).costs
     missed = {cost.alarms: cost.missed for cost in costs}
     assert (missed[0.1], missed[0.5], missed[1.0]) == (1.0, 0.75, 0.5)
+
+
+def test_any_sentence_of_a_template_that_must_not_be_missed_is_missed_less() -> None:
+    """A probability of .5 is enough for `stop`, and for nothing else, at a rate of 0.5."""
+    model = replace(MODEL, alarms=1.0, alarm_exponent=1.0)
+    said = [replace(clip(number), text=text) for number, text in enumerate(("halt now", "go on"))]
+    heard = [Example(one, one.text, {}, 1.0, Context.QUIET, True) for one in said]
+    costs = with_costs(model, heard, [0.5, 0.5], said, commands_of("stop: halt now\ngo on")).costs
+    assert {cost.alarms: cost.missed for cost in costs}[0.5] == 0.5
 
 
 def test_examples_of_one_kind_alone_are_refused() -> None:
@@ -226,12 +240,13 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert len(commands) == sum(clip.kind == "command" for clip in clips)
     fitted_on = [describe_set(clips, "audio_fixtures")]
     found, alone = ([*some, *as_talk(some)] for some in (found, alone))
-    models, likely = fit_models(found, alone, fitted_on, 1.0, commands)
+    together = RecordingExamples(found, alone, talk=3600.0, commands=commands)
+    models, accepted = fit_models([together], fitted_on, read_commands(find_language(None)))
     assert "command" in models.with_network.fitted_on[0]
     assert len(models.with_network.costs) == len(models.without_network.costs) == 6
     assert set(models.with_network.weights) == {*NETWORK_FEATURES}
     assert set(models.without_network.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     assert models.with_network.weights["score"] > 0
-    assert len(likely) == len(found)
+    assert sum(count for _, count in accepted.values()) == len(found)
     save_models(models, tmp_path / "models.json")
     assert load_models(str(tmp_path / "models.json")) == models

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from language.template_texts import commands_of
 
 from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.scores import (
@@ -22,6 +23,7 @@ from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.evaluation.tables import main_tables, table_text
 from voz.apps.recordings.manifest import Kind
 from voz.config import Recognition
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.confidence import Model, alarm_rates_near
 
 
@@ -181,7 +183,7 @@ def test_where_nothing_is_misheard_there_is_no_table(result: Any) -> None:
 
 
 MODEL = Model(fitted_on=[], intercept=0.0, weights={}, alarms=1.0, alarm_exponent=1.0)
-COMMANDS = ["go back", "stop"]
+COMMANDS = plain_commands(["go back", "stop"])
 RATES = alarm_rates_near(MODEL.default_alarm_rate)
 
 
@@ -214,6 +216,21 @@ def test_what_must_not_be_missed_needs_less() -> None:
     settings = Recognition(missed_cost=2)
     even = operating_points(results, MODEL, settings, COMMANDS)[RATES.index(1.0)]
     assert even.missed == 0.5
+
+
+def test_any_sentence_of_a_template_that_must_not_be_missed_needs_less() -> None:
+    results = [result("command", 0.45), result("command", 0.45, "halt now")]
+    commands = commands_of("go back\nstop: halt now")
+    even = operating_points(results, MODEL, Recognition(missed_cost=2), commands)[RATES.index(1.0)]
+    assert (even.threshold, even.missed) == (0.5, 0.5)
+
+
+def test_a_list_of_too_many_sentences_to_list_has_its_operating_points() -> None:
+    commands = commands_of("go: go {n: 1..99} {m: 1..99}")
+    assert not commands.can_be_listed
+    results = [result("command", 0.6, "go one two"), result("command", 0.9, "go far")]
+    even = operating_points(results, MODEL, Recognition(), commands)[RATES.index(1.0)]
+    assert (even.threshold, even.missed) == (0.5, 0.5)  # what is no sentence is never accepted
 
 
 def test_clips_in_noise_do_not_count_and_what_is_not_there_is_not_told() -> None:

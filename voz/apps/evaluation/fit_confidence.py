@@ -18,6 +18,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.language.language_files import find_language
+from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import (
     NETWORK_FEATURES,
     POCKETSPHINX_FEATURES,
@@ -31,8 +32,9 @@ from voz.recognition.confidence import (
     load_models,
     probability,
 )
+from voz.recognition.decision import DecisionRule
 from voz.recognition.engine import RecognitionEngine, candidates_in
-from voz.recognition.thresholds import thresholds
+from voz.recognition.thresholds import threshold_for
 from voz.settings import Recognition
 
 TOO_LITTLE_TALK = (
@@ -153,28 +155,26 @@ Matrix = npt.NDArray[np.float64]
 
 
 def fit_models(
-    examples: Sequence[Example],
-    alone: Sequence[Example],
-    fitted_on: list[str],
-    hours: float,
-    commands: Collection[Clip],
-) -> tuple[Models, list[float]]:
+    recordings: Sequence[RecordingExamples], fitted_on: list[str], commands: Commands
+) -> tuple[Models, dict[str, tuple[float, int]]]:
     """Fit the models of pocketsphinx alone, and of it with the network.
 
     Args:
-        examples: utterances, some of them right, some of them in talk, with the network.
-        alone: the same by pocketsphinx alone.
+        recordings: have utterances, some of them right, some of them in talk.
         fitted_on: a description of them, which is written into the models.
-        hours: length of the talk, h.
-        commands: all commands that were said.
+        commands: those of the language.
 
     Returns:
-        The models, and the probability of each example with the network, by models that were fitted
-        without its speaker.
+        The models, and the `acceptance` of the utterances with the network, by models that were
+        fitted without their speakers.
 
     Raises:
         ConfigError: as `fit` and `with_alarms`.
     """
+    examples = [example for recording in recordings for example in recording.examples]
+    alone = [example for recording in recordings for example in recording.alone]
+    said = [clip for recording in recordings for clip in recording.commands]
+    hours = sum(recording.talk for recording in recordings) / 3600
     likely, likely_alone = (
         cross_validated(examples, NETWORK_FEATURES),
         cross_validated(alone, POCKETSPHINX_FEATURES),
@@ -187,10 +187,11 @@ def fit_models(
         one, weights=one.weights | voices, default_alarm_rate=DEFAULT_ALARM_RATE_WITHOUT_NETWORK
     )
     models = Models(
-        with_costs(both, examples, likely, commands),
-        with_costs(one, alone, likely_alone, commands),
+        with_costs(both, examples, likely, said, commands),
+        with_costs(one, alone, likely_alone, said, commands),
     )
-    return models, likely
+    threshold = threshold_for(both, both.default_alarm_rate)
+    return models, acceptance(examples, likely, threshold)
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:
@@ -268,22 +269,26 @@ def with_costs(
     model: Model,
     examples: Sequence[Example],
     probabilities: Sequence[float],
-    commands: Collection[Clip],
+    said: Collection[Clip],
+    commands: Commands,
 ) -> Model:
     """Add to a model the share of commands that is missed at several rates of false alarms.
 
-    `commands` are all that were said, also those of which nothing was heard; the rest is as with
-    `with_alarms`.
+    Args:
+        model: the result of `with_alarms`.
+        examples: as with `with_alarms`.
+        probabilities: the same.
+        said: the commands that were said, also those of which nothing was heard.
+        commands: those of the language.
     """
     costs = []
     for alarms in alarm_rates_near(model.default_alarm_rate):
-        settings = Recognition(false_alarms_per_hour=alarms)
-        least = thresholds(model, settings, {example.text for example in examples})
+        rule = DecisionRule(commands, model, Recognition(false_alarms_per_hour=alarms))
         pairs = zip(examples, probabilities, strict=True)
-        obeyed = [example for example, likely in pairs if likely >= least[example.text]]
-        right = {example.clip for example in obeyed if example.right}
-        right -= {example.clip for example in obeyed if not example.right}
-        missed = len(set(commands) - right) / len(set(commands))
+        accepted = [example for example, likely in pairs if rule.accepts(example.text, likely)]
+        right = {example.clip for example in accepted if example.right}
+        right -= {example.clip for example in accepted if not example.right}
+        missed = len(set(said) - right) / len(set(said))
         costs.append(MissRate(alarms, round(missed, 4)))
     return replace(model, costs=tuple(costs))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Literal, get_args
 
 import jiwer
@@ -13,8 +13,10 @@ from msgspec.structs import replace
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, ScoredKind, Understood
 from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate, mcnemar
 from voz.apps.recordings.manifest import BETWEEN_COMMANDS
+from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import Model, alarm_rates_near
-from voz.recognition.thresholds import thresholds
+from voz.recognition.decision import DecisionRule
+from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
 REFUSED = "refused"
@@ -68,7 +70,7 @@ class OperatingPoint(msgspec.Struct, frozen=True):
 
 
 def operating_points(
-    results: Iterable[Result], model: Model, settings: Recognition, commands: Iterable[str]
+    results: Iterable[Result], model: Model, settings: Recognition, commands: Commands
 ) -> list[OperatingPoint]:
     """Compute what would be obeyed at several rates of false alarms.
 
@@ -76,21 +78,20 @@ def operating_points(
         results: what voz itself made of clips; those in added noise are left out.
         model: has the threshold for each setting.
         settings: which commands must not be missed.
-        commands: all sentences.
+        commands: all commands.
     """
     clean = [r for r in results if r.snr is None and r.error is None]
     found = []
     for alarms in alarm_rates_near(model.default_alarm_rate):
         asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
-        needed = thresholds(model, asked, commands)
-        judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]
-        found.append(_operating_point(alarms, max(needed.values()), judged))
+        rule = DecisionRule(commands, model, asked)
+        judged = [replace(r, heard=tuple(_judged(u, rule) for u in r.heard)) for r in clean]
+        found.append(_operating_point(alarms, thresholds_of(model, asked).usual, judged))
     return found
 
 
-def _judged(heard: Understood, needed: Mapping[str, float]) -> Understood:
-    accepted = heard.text in needed and heard.confidence >= needed[heard.text]
-    return replace(heard, accepted=accepted)
+def _judged(heard: Understood, rule: DecisionRule) -> Understood:
+    return replace(heard, accepted=rule.accepts(heard.text, heard.confidence))
 
 
 def _operating_point(alarms: float, threshold: float, results: Sequence[Result]) -> OperatingPoint:

@@ -3,20 +3,12 @@
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
 .PHONY: benchmark clean
 
-QUICK = tests/robot/simulation tests/language tests/apps/evaluation tests/audio
-QUICK += $(filter-out tests/test_first_hour.py tests/test_examples.py,$(wildcard tests/test_*.py))
+# Most tests wait for a part of their time: for sound, for the beat, for other programs.
+SIDE_BY_SIDE = --dist loadgroup --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) * 2))
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control
-
-# The quick tests compute. The others wait for half of their time: for sound, for the beat, for other programs.
-CORES = $(shell getconf _NPROCESSORS_ONLN)
-SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n
-TWICE = $$(($(CORES) * 2))
-
-# No other test is tried again, and of these the report names each that was.
-ONE_BY_ONE = -m realtime --reruns 1 -r R
-# They mostly wait. The others run meanwhile, and give way to them: none of the others drives by the clock.
-RESTRAINED = nice
+PURE = tests/robot/simulation tests/language tests/apps/evaluation tests/audio \
+	$(filter-out tests/test_first_hour.py tests/test_examples.py,$(wildcard tests/test_*.py))
 
 # Containers often set it: then every process of the tests would compile voz anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -62,7 +54,7 @@ check: ## Check style and types, and run the tests of what is pure or quick, in 
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not slow and not realtime" tests/control $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow and not realtime" tests/control $(PURE)
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests
@@ -72,18 +64,12 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
 	.venv/bin/mypy examples
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(COUNTED)
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(QUICK)
-	@log=$$(mktemp); $(RESTRAINED) .venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" \
-		$(patsubst %,--ignore=%,tests/control $(QUICK)) >"$$log" 2>&1 & others=$$!; \
-	trap "kill $$others" INT TERM; failed=0; \
-	.venv/bin/python -m pytest -q $(ONE_BY_ONE) || failed=1; \
-	tail -n +1 -f --pid=$$others "$$log"; wait $$others || failed=1; rm -f "$$log"; exit $$failed
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(COUNTED)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --ignore=tests/control
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" --cov --cov-report=
-	.venv/bin/python -m pytest -q $(ONE_BY_ONE) --cov --cov-append --cov-report=term-missing
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report=term-missing
 
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests

@@ -18,6 +18,8 @@ from loudspeaker import loudspeaker
 from programs import PATIENCE
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
+from xdist.remote import Producer
+from xdist.scheduler import LoadGroupScheduling
 
 from voz.api.recognizer import Recognizer
 from voz.language.language_files import LanguageFiles
@@ -34,11 +36,33 @@ settings.register_profile("voz", deadline=None)  # a busy machine is no fault of
 settings.load_profile("voz")
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Show why a test was tried again: the next failure may be the second."""
-    for report in terminalreporter.getreports("rerun"):
-        terminalreporter.write_sep("_", f"tried again: {report.nodeid}")
-        terminalreporter.write_line(report.longreprtext)
+REALTIME, NICE = "realtime", 10
+
+
+class OneProcessInRealTime(LoadGroupScheduling):
+    """Distributes tests by files; those that need real seconds run one by one in one process."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        group: str = super()._split_scope(nodeid)
+        return group if group == REALTIME else nodeid.split("::")[0]
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> OneProcessInRealTime:
+    return OneProcessInRealTime(config, log)
+
+
+@pytest.hookimpl(tryfirst=True)  # before what reads the group
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.get_closest_marker(REALTIME):
+            item.add_marker(pytest.mark.xdist_group(REALTIME))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let the tests that compute give way to those that need real seconds."""
+    beside_others = "PYTEST_XDIST_WORKER" in os.environ
+    if beside_others and not item.get_closest_marker(REALTIME) and os.nice(0) < NICE:
+        os.nice(NICE)
 
 
 @pytest.fixture(autouse=True)

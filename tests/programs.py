@@ -36,6 +36,11 @@ class Program:
         for line in self.process.stdout:
             self._lines.put(json.loads(line))
 
+    @property
+    def is_silent(self) -> bool:
+        """Whether it has printed nothing that was not waited for yet."""
+        return self._lines.empty()
+
     def say(self, line: str) -> None:
         assert self.process.stdin
         self.process.stdin.write(f"{line}\n")

@@ -42,7 +42,7 @@ def spanish_model(folder: Path) -> Path:
     senones = [
         STATES_PER_PHONE * number + state for number in numbers for state in range(STATES_PER_PHONE)
     ]
-    (folder / "sendump").write_bytes(_sendump(known._weights[:, :, senones]))
+    (folder / "sendump").write_bytes(_sendump(known.weights[:, :, senones]))
     data = (english / "transition_matrices").read_bytes()
     (folder / "transition_matrices").write_bytes(_transitions(data, numbers))
     (folder / "noisedict").write_text("<s> SIL\n</s> SIL\n<sil> SIL\n")

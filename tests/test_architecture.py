@@ -34,6 +34,33 @@ def imported(module: ast.Module, package: str = "voz") -> Iterator[str]:
         yield from (name.split(".")[level] for name in names if name.startswith(f"{package}."))
 
 
+def defined(module: ast.AST) -> Iterator[str]:
+    """All names that a module gives to functions, classes, variables and attributes."""
+    for part in ast.walk(module):
+        if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield part.name
+        elif isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store):
+            yield part.attr
+        elif isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+            yield part.id
+
+
+def reached(module: ast.AST) -> Iterator[tuple[int, str]]:
+    """What a module reaches into others for: the line, and the last part of the name.
+
+    What a class does to itself or to its base is its own.
+    """
+    for part in ast.walk(module):
+        if isinstance(part, ast.Attribute):
+            owner = part.value.func if isinstance(part.value, ast.Call) else part.value
+            if not (isinstance(owner, ast.Name) and owner.id in ("self", "cls", "super")):
+                yield part.lineno, part.attr
+        elif isinstance(part, ast.ImportFrom):
+            yield from ((part.lineno, each.name) for each in part.names)
+        elif isinstance(part, ast.Constant) and isinstance(part.value, str):
+            yield part.lineno, part.value.rpartition(".")[2]  # as for `monkeypatch.setattr`
+
+
 def run_voz(folder: Path, *arguments: object) -> str:
     """What a copy of voz in a folder prints; it must end well."""
     command = [sys.executable, "-m", "voz", *map(str, arguments)]
@@ -48,6 +75,20 @@ def test_no_two_classes_have_one_name() -> None:
     names = Counter(part.name for part in parts if isinstance(part, ast.ClassDef))
     assert names["Utterance"] == 1
     assert not [name for name, number in names.items() if number > 1]
+
+
+def test_no_test_reaches_for_what_is_private() -> None:
+    named = {name for module in MODULES.values() for name in defined(module)}
+    private = {name for name in named if name.startswith("_") and name.strip("_")}
+    private = {name for name in private if not name.endswith("_")}
+    assert len(private) > 500
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for path in (ROOT / "tests").rglob("*.py")
+        for line, name in reached(ast.parse(path.read_text("utf-8")))
+        if name in private
+    ]
+    assert not found
 
 
 def test_no_folder_imports_what_is_above_it() -> None:

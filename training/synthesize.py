@@ -107,7 +107,7 @@ def main(
     (out / "clips").mkdir(parents=True, exist_ok=True)
     known = common_words(words)
     rng = random.Random(seed)
-    spellings = _spellings()
+    spellings = spellings_of_phones()
     missing: set[str] = set()
     heard: set[str] = set()
     rows = []
@@ -190,7 +190,8 @@ def joined(letters: list[str]) -> str:
     return word
 
 
-def _spellings() -> dict[str, dict[str, str]]:
+def spellings_of_phones() -> dict[str, dict[str, str]]:
+    """The letters of each phone, by language."""
     with RESPELLING.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file, delimiter="\t"))
     languages = [column for column in rows[0] if column != "phone"]

@@ -16,6 +16,7 @@ import sounddevice
 from loudspeaker import Recorder, at_16_khz, best, likeness
 from pulseaudio import running_server
 
+from voz.audio.loudspeaker import Loudspeaker
 from voz.audio.mixer import Mixer
 from voz.audio.playback import PLAYBACK_RATE, Wave
 
@@ -23,6 +24,7 @@ NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
 
 PLAY_TWICE = """
 import numpy as np
+from voz.audio.loudspeaker import Loudspeaker
 from voz.audio.mixer import Mixer
 mixer = Mixer(print)
 for _ in range(2):
@@ -33,6 +35,7 @@ mixer.close()
 PLAY_ON = """
 import time
 import numpy as np
+from voz.audio.loudspeaker import Loudspeaker
 from voz.audio.mixer import Mixer
 mixer = Mixer(lambda line: print(line, flush=True))
 source = mixer.play(np.full(4800, 0.1, np.float32), repeats=True)
@@ -152,7 +155,7 @@ def test_a_sound_server_that_hangs_keeps_nobody_from_ending(
 def test_what_cannot_begin_in_time_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     mixer = Mixer(lambda _: None)
     # As if opening the device took for ever.
-    monkeypatch.setattr(mixer._loudspeaker, "wake", lambda: None)
+    monkeypatch.setattr(Loudspeaker, "wake", lambda _: None)
     once = mixer.play(np.zeros(480, np.float32))
     again = mixer.play(np.zeros(480, np.float32), repeats=True)
     before = time.monotonic()

@@ -381,25 +381,25 @@ class Ros1:
 
     def __init__(self, cannot: dict[str, str]) -> None:
         self.cannot = cannot
-        self._lost: str | None = None
+        self.loss: str | None = None
 
     def trouble(self, moving: bool) -> str | None:
         """Return why nobody publishes."""
-        return self._lost
+        return self.loss
 
     def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
         """Do what the script says in the session of a node."""
         outcome, timeline = Outcome(), Timeline()
         inbox = SteppedInbox(timeline, given.table.halts)
-        self._lost = None
+        self.loss = None
 
         @contextmanager
         def connect(session: Session) -> Iterator[None]:
             commands = plain_commands(LIST)
             texts = TextCommands(lambda: commands, session.inbox, session.clock.now)
             done = {
-                "lose": lambda _: setattr(self, "_lost", "it is gone"),
-                "find": lambda _: setattr(self, "_lost", None),
+                "lose": lambda _: setattr(self, "loss", "it is gone"),
+                "find": lambda _: setattr(self, "loss", None),
                 "say": lambda text: texts.take(text, self.source),
                 "flood": lambda _: [texts.take(NONSENSE, self.source) for _ in range(FLOOD)],
                 "stall": lambda _: timeline.stall(1.0),

@@ -10,11 +10,15 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import Any
+from urllib.error import HTTPError
 from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
 
 import pytest
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, opened, page_robot
+from programs import PATIENCE
 
 import voz
 
@@ -95,8 +99,14 @@ def test_a_stop_overtakes_a_command_that_is_on_its_way(
     robot: PageRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with voz.Client(robot.link) as client:
-        since, ask = robot.since, client._start_driving
-        monkeypatch.setattr(client, "_start_driving", lambda: (ask(), client.stop()))
+        since, stops = robot.since, [client.stop]
+
+        def send(request: Request, **options: Any) -> Any:
+            if request.full_url.endswith("/api/command") and stops:
+                stops.pop()()
+            return urlopen(request, **options)
+
+        monkeypatch.setattr("voz.apps.web.client.urlopen", send)
         with pytest.raises(voz.RobotError, match="a stop came after it"):
             client.command("go forward")
         stands(robot, since)
@@ -166,18 +176,28 @@ def pump(source: socket.socket, target: socket.socket, silent: threading.Event) 
 
 
 def test_a_program_whose_connection_hangs_stops_it_and_moves_it_by_no_other(
-    robot: PageRobot,
+    robot: PageRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    sent: list[Request] = []
+
+    def send(request: Request, **options: Any) -> Any:
+        sent.append(request)
+        return urlopen(request, **options)
+
+    monkeypatch.setattr("voz.apps.web.client.urlopen", send)
     wire = Wire(robot.link)
     client = voz.Client(wire.link)
     assert client.command("go forward").obeyed
+    command = sent[-1]
     since = robot.since
     robot.robot.wait_for(moves, since)
     wire.fall_silent()
     robot.robot.wait_for(warns("the operator's page is gone"), since)
     since = robot.since
-    with pytest.raises(voz.RobotError, match="counts as gone"):
-        client._give("go forward", client._stops)  # by a new connection, which works
+    with pytest.raises(HTTPError) as refused:
+        urlopen(command, timeout=PATIENCE)  # by a new connection, which works
+    with refused.value as answer:
+        assert b"counts as gone" in answer.read()
     assert client.stop() > 0
     stands(robot, since - 1)
     client.close()

@@ -18,8 +18,9 @@ from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import SCORE, load_models
 from voz.recognition.decision import Hypothesis
 from voz.recognition.finders import MAX_COMPARED, NetworkFinder
-from voz.recognition.language import Language, load_language
+from voz.recognition.language import Language, Shortlist, load_language
 from voz.recognition.network.score import PROPOSAL_BONUS, PhonemeScorer, scorer_for
+from voz.recognition.pocketsphinx.decoder import Decoder
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -50,6 +51,16 @@ def understood(network_finder: NetworkFinder, segment: Segment) -> Hypothesis:
     return network_finder.understand(segment, StartVector())
 
 
+def proposes(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    """Let pocketsphinx hear this, whatever is said."""
+    monkeypatch.setattr(Decoder, "decode", lambda *_: text)
+
+
+def compared(language: Language, center: str, *never_missed: str) -> list[str]:
+    """The commands that are compared around one."""
+    return Shortlist(language, never_missed, MAX_COMPARED).similar_to(center)
+
+
 def built(sentences: list[str], folder: Path) -> Language:
     (folder / "list.txt").write_text("\n".join(sentences))
     build(folder / "list.txt", folder)
@@ -61,7 +72,7 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
 ) -> None:
     """Nearly: `stop speech` may be a nat behind `start speech`."""
     proposed = {text: understood(network_finder, segment) for text, segment in cut.items()}
-    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "fold arm")
+    proposes(monkeypatch, "fold arm")
     others = {text: understood(network_finder, segment) for text, segment in cut.items()}
     right = [text for text, heard in others.items() if heard.text == text]
     assert len(right) >= len(cut) - 1
@@ -74,7 +85,7 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(
     network_finder: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "")
+    proposes(monkeypatch, "")
     heard = understood(network_finder, cut["turn left"])
     assert (heard.text, heard.next_best) == ("turn left", "turn right")
 
@@ -134,7 +145,7 @@ def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
     usual = finder(language, Recognition(never_missed=()))
     careful = finder(language, Recognition(never_missed=(template,)))
     for text in ("turn left", "turn right"):
-        assert text not in careful._shortlist.never_missed  # the few that are always compared
+        assert text not in Shortlist(language, (template,), MAX_COMPARED).never_missed
         assert understood(usual, cut[text]).rival
         heard = understood(careful, cut[text])
         assert (heard.text, heard.rival) == (text, None)
@@ -170,12 +181,12 @@ def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
     )
     assert len(language.commands) > MAX_COMPARED
     careful = finder(language, Recognition(never_missed=("stop",)))
-    candidates = careful._shortlist.similar_to("go back")
+    candidates = compared(language, "go back", "stop")
     assert 3 < len(candidates) == len(set(candidates)) <= MAX_COMPARED
     assert candidates[:2] == ["go back", "stop"]
     assert "gold black" in candidates
     assert understood(careful, cut["go back"]).text == "go back"
-    assert careful._shortlist.similar_to("") == ["stop"]
+    assert compared(language, "", "stop") == ["stop"]
 
 
 COLORS = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
@@ -189,7 +200,7 @@ def test_a_long_list_is_searched_by_the_network_whatever_pocketsphinx_proposes(
     )
     monkeypatch.setattr("voz.recognition.finders.MAX_REFINEMENTS", 0)
     for proposed in ("tan tan tan", ""):
-        monkeypatch.setattr(network_finder._decoder, "decode", lambda *_, text=proposed: text)
+        proposes(monkeypatch, proposed)
         assert understood(network_finder, said).text == "green white black"
 
 
@@ -206,16 +217,14 @@ def test_in_a_longer_list_what_the_network_hears_is_searched_around_in_turn(
 ) -> None:
     """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
     monkeypatch.setattr("voz.recognition.finders.MAX_SEARCHED_WORDS", 0)
-    network_finder = finder(
-        built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
-    )
-    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "tan tan tan")
-    assert "green white black" not in network_finder._shortlist.similar_to("tan tan tan")
+    language = built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
+    network_finder = finder(language)
+    proposes(monkeypatch, "tan tan tan")
+    neighbors = compared(language, "tan tan tan", *Recognition().never_missed)
+    assert "green white black" not in neighbors
     assert understood(network_finder, said).text == "green white black"
     monkeypatch.setattr("voz.recognition.finders.MAX_REFINEMENTS", 0)
-    assert understood(network_finder, said).text in network_finder._shortlist.similar_to(
-        "tan tan tan"
-    )
+    assert understood(network_finder, said).text in neighbors
 
 
 def test_of_a_longer_list_in_which_nothing_was_found_nothing_is_asked(
@@ -225,7 +234,7 @@ def test_of_a_longer_list_in_which_nothing_was_found_nothing_is_asked(
     words = [*"abcdefghijklmn"]
     language = built([f"{a} {b}" for a in words for b in words], tmp_path)
     network_finder = finder(language, Recognition(never_missed=()))
-    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "")
+    proposes(monkeypatch, "")
     heard = understood(network_finder, cut["stop"])
     assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("not_a_command", None)

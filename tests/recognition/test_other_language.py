@@ -22,7 +22,6 @@ from voz.language.spoken_language import find_sources, read_language
 from voz.recognition.language import Language, load_language
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import scorer_for, why_missing
-from voz.recognition.pocketsphinx.evidence import CommandSearch
 from voz.recognition.speaker.adaptation import Aligner
 from voz.settings import Recognition, SpokenLanguage
 from voz.speech.synthesis import render
@@ -78,10 +77,6 @@ def test_a_speaker_of_spanish_can_be_learnt(in_spanish: Language, tmp_path: Path
     names = list(LIKE)
     assert aligned
     assert {names[number] for number in aligned.phones} == set("jiraldech") - {"c", "h"} | {"ch"}
-
-
-def test_the_phone_loop_has_the_phones_of_the_model(in_spanish: Language) -> None:
-    assert CommandSearch(in_spanish)._phones == sorted(set(LIKE) - {"SIL"})
 
 
 def test_nothing_of_english_is_added(in_spanish: Language) -> None:

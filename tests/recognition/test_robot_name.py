@@ -17,8 +17,11 @@ from voz.language.build import build
 from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context
 from voz.recognition.decision import Hypothesis
+from voz.recognition.interpreter import Interpreter
+from voz.recognition.language import load_language, with_more_words
 from voz.recognition.name import usual_log_odds
 from voz.recognition.network.score import PhonemeScorer
+from voz.recognition.speaker.profiles import Profile
 
 NAME = "hey robot"
 PAUSE = np.zeros(SAMPLE_RATE, np.int16)
@@ -107,12 +110,15 @@ def test_a_name_lets_no_command_amid_talk_through(
     assert with_name == without
 
 
-def test_what_is_not_surely_the_name_does_not_wake(named: Recognizer) -> None:
+def test_what_is_not_surely_the_name_does_not_wake() -> None:
     segment = Segment(0.0, 1.0, 1.2, said(NAME))
+    settings = voz.Recognition(name=NAME)
+    language = with_more_words(load_language(LanguageFiles(PACKAGED_FOLDER)), settings)
+    interpreter = Interpreter(language, settings, Profile(), learning=False)
     for sure in (0.4, 0.6):
         hypothesis = Hypothesis(segment, NAME, 1.0, probability=sure, named=True)
-        decision = named._interpreter.rule.decide(hypothesis, Context.QUIET)
-        utterance = named._interpreter.utterance(decision, 1.2, "microphone")
+        decision = interpreter.rule.decide(hypothesis, Context.QUIET)
+        utterance = interpreter.utterance(decision, 1.2, "microphone")
         assert utterance.accepted == utterance.named == (sure > 0.5)
 
 

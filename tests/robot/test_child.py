@@ -133,7 +133,7 @@ class Link:
 def test_half_a_second_after_the_last_event_it_is_stopped_ten_times_a_second() -> None:
     robot, got = watched()
     link: Any = Link(Reply(0, "well"), AHEAD, None, None, AHEAD, REST, b"")
-    child._serve(link, robot)
+    child.serve(link, robot)
     assert link.waited == [None, None, 0.5, 0.1, 0.1, 0.5, 0.5]
     assert link.answers == [EventAnswer(), EventAnswer(), SILENT, EventAnswer()]
     zero = Twist(1, 0, 0)
@@ -144,7 +144,7 @@ def test_a_watchdog_waits_half_a_second_for_the_first_velocity_and_says_when_the
     robot, got = watched(only_zero=True)
     link: Any = Link(None, None)
     with pytest.raises(EOFError):
-        child._serve(link, robot)
+        child.serve(link, robot)
     assert link.waited == [0.5, 0.1, 0.1]
     assert got == [Twist(0, 0, 0)] * 2
 
@@ -159,7 +159,7 @@ def test_after_the_run_it_is_stopped_for_half_a_second_and_prints_nowhere(
     nowhere = os.open(tmp_path / "nowhere", os.O_CREAT | os.O_WRONLY)
     kept = {descriptor: os.dup(descriptor) for descriptor in (1, 2)}
     try:
-        child._stop_after_run(robot, nowhere)
+        child.stop_after_run(robot, nowhere)
         assert all(os.path.sameopenfile(descriptor, nowhere) for descriptor in kept)
     finally:
         for descriptor, copy in kept.items():

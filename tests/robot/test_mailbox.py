@@ -1,11 +1,15 @@
 from __future__ import annotations
 
 import ctypes
+import dis
+import itertools
+import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType, FunctionType
+from typing import Any, TypeAlias
 
 import pytest
 from hypothesis import given
@@ -23,6 +27,8 @@ from voz.robot.mailbox import (
     EventBox,
     Mailbox,
 )
+
+TraceFunction: TypeAlias = Callable[[FrameType, str, Any], Any]
 
 
 class BoxMachine(RuleBasedStateMachine):
@@ -331,18 +337,28 @@ def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know(clock: Clo
         until(lambda: robot.got[-1] == Twist(3, 0.1, 0))
 
 
-class Interrupted(Mailbox):
-    """Something happens while it looks why the robot was lost."""
+@contextmanager
+def interrupted(function: FunctionType, step: int, meanwhile: Callable[[], None]) -> Iterator[None]:
+    """Something happens on other threads before one step of Python of a function."""
+    steps = itertools.count()
 
-    meanwhile: Callable[[], object] | None = None
+    def trace(frame: FrameType, event: str, _: object) -> TraceFunction | None:
+        if frame.f_code is not function.__code__:
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode" and next(steps) == step:
+            meanwhile()
+        return trace
 
-    def __getattribute__(self, name: str) -> Any:
-        value = super().__getattribute__(name)
-        if name == "_untold" and threading.current_thread() is threading.main_thread():
-            happens, self.meanwhile = self.meanwhile, None
-            if happens:
-                happens()
-        return value
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+
+
+STEPS = len([*dis.get_instructions(Mailbox.lost)])
 
 
 def test_a_loss_of_a_moment_is_told_also_if_it_is_just_asked_for(clock: Clock) -> None:
@@ -351,33 +367,42 @@ def test_a_loss_of_a_moment_is_told_also_if_it_is_just_asked_for(clock: Clock) -
             super().lost()
             return "a loose cable" if len(self.got) == 1 else None
 
-    robot = Shaky()
-    with Interrupted("shaky", robot, clock) as box:
-        opened = robot.asked
+    for step in range(STEPS):
+        robot = Shaky()
+        with Mailbox("shaky", robot, clock) as box:
+            opened = robot.asked
 
-        def is_lost_for_a_moment() -> None:
-            box.receive(Reply(0, ""))
-            box.receive(Reply(1, ""))
-            with suppress(AssertionError):  # what looks may keep it from going on
-                until(lambda: robot.asked == opened + 2, 0.5)
+            def is_lost_for_a_moment(robot: Shaky = robot, box: Mailbox = box) -> None:
+                box.receive(Reply(0, ""))
+                box.receive(Reply(1, ""))
+                with suppress(AssertionError):  # what looks may keep it from going on
+                    until(lambda: len(robot.got) == 2, 0.05)
 
-        box.meanwhile = is_lost_for_a_moment
-        told = [box.lost()]
-        until(lambda: robot.asked == opened + 2)
-        told.append(box.lost())
-        assert "the robot shaky is lost (a loose cable)" in told
+            with interrupted(Mailbox.lost, step, is_lost_for_a_moment):
+                told = [box.lost()]
+            if robot.asked == opened and not robot.got:
+                continue  # there are not so many steps on this way
+            until(lambda asked=opened + 2, robot=robot: robot.asked == asked)
+            told.append(box.lost())
+            assert "the robot shaky is lost (a loose cable)" in told, step
 
 
-def test_a_velocity_is_late_also_if_the_next_one_has_come(clock: Clock) -> None:
+def test_a_velocity_is_late_also_if_the_next_one_has_come() -> None:
+    now, still = 0.0, threading.Lock()
+
+    def clock() -> float:
+        """While the first velocity is on its way to the robot, the whole process stands still."""
+        nonlocal now
+        if threading.current_thread() is not threading.main_thread() and still.acquire(False):
+            now += EVENT_TIMEOUT + 0.01
+            box.receive(Twist(1, 0.1, 0))
+        return now
+
     robot = Recorder()
-    box = Mailbox("mine", robot, clock)
-    box.receive(Twist(0, 0.1, 0))
-    taken = box._next()
-    clock.now += EVENT_TIMEOUT + 0.01  # the whole process stood still
-    box.receive(Twist(1, 0.1, 0))
-    assert taken
-    box._deliver(taken)
-    assert robot.got == [Twist(0, 0, 0)]
+    with Mailbox("mine", robot, clock) as box:
+        box.receive(Twist(0, 0.1, 0))
+        until(lambda: len(robot.got) == 2)
+    assert robot.got == [Twist(0, 0, 0), Twist(1, 0.1, 0)]
 
 
 def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped(

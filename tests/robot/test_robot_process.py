@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Pipe
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
 import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from programs import wait_until
+from programs import is_alive, wait_until
 
 from voz.errors import RobotError
-from voz.events import Reply, Twist, Utterance
+from voz.events import Event, Reply, Twist, Utterance, to_json
 from voz.robot.child import RUN_TIMEOUT
 from voz.robot.robot_process import MAX_OUTPUT_LINE, RobotProcess, RobotSpec, command
 
@@ -76,6 +77,38 @@ def process(kind: str = "Mine") -> Iterator[tuple[RobotProcess, list[str]]]:
         yield robot, printed
     finally:
         robot.end()
+
+
+@contextmanager
+def child(kind: str) -> Iterator[tuple[Connection, subprocess.Popen[str]]]:
+    """The process of a robot, and the run's end of its connection, which a test may close."""
+    ours, theirs = Pipe()
+    descriptor, pipe = theirs.fileno(), subprocess.PIPE
+    with subprocess.Popen(
+        command(descriptor), pass_fds=[descriptor], stdout=pipe, stderr=subprocess.STDOUT, text=True
+    ) as program:
+        theirs.close()
+        ours.send_bytes(msgspec.json.encode(RobotSpec(f"own:{kind}")))
+        yield ours, program
+
+
+def killed_run_after(*events: Event) -> None:
+    """A run that ends without a word after some events, as by kill -9; waits for its robot."""
+    with child("Mine") as (link, program):
+        link.recv_bytes()
+        for event in events:
+            link.send_bytes(to_json(event).encode())
+            link.recv_bytes()
+        assert program.stdout
+        program.stdout.close()
+        link.close()
+        program.wait(60)
+
+
+def process_of(robot: RobotProcess) -> int:
+    """Its number."""
+    robot.receive(Reply(0, "import os; open('process', 'w').write(str(os.getpid()))"))
+    return int(Path("process").read_text())
 
 
 @pytest.fixture(autouse=True)
@@ -248,11 +281,8 @@ def test_it_is_stopped_though_it_has_used_up_all_descriptors() -> None:
         "    while True: os.dup(0)\n"
         "except OSError: pass"
     )
-    with process() as (robot, _):
-        robot.receive(AHEAD)
-        robot.receive(Reply(1, use_up))
-        robot._link.close()  # as by kill -9
-        wait_until(lambda: got()[-1] == "closed")
+    killed_run_after(AHEAD, Reply(1, use_up))
+    assert got()[-1] == "closed"
     assert velocities()[-1] == 0.0
 
 
@@ -300,17 +330,14 @@ def test_before_the_first_velocity_nothing_is_missed() -> None:
 def test_signals_for_the_run_do_not_end_it(number: int) -> None:
     with process() as (robot, _):
         robot.receive(AHEAD)
-        os.kill(robot._process.pid, number)
+        os.kill(process_of(robot), number)
         robot.receive(REST)
         assert velocities() == [0.1, 0.0]
 
 
 def test_a_run_that_is_gone_without_a_word_leaves_it_stopped_and_closed() -> None:
-    with process() as (robot, _):
-        robot.receive(Reply(0, "import sys; self.show = lambda: print('x' * 100_000)"))
-        robot.receive(AHEAD)
-        robot._link.close()  # as by kill -9
-        wait_until(lambda: got()[-1] == "closed")
+    killed_run_after(AHEAD)
+    assert got()[-1] == "closed"
     assert velocities()[-1] == 0.0
 
 
@@ -319,29 +346,21 @@ def test_a_run_that_ends_while_its_robot_opens_leaves_it_closed_without_a_word(
     fault: str, still: set[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONUNBUFFERED", "1")
-    ours, theirs = Pipe()
-    with subprocess.Popen(
-        command(theirs.fileno()),
-        pass_fds=[theirs.fileno()],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    ) as child:
-        theirs.close()
-        ours.send_bytes(msgspec.json.encode(RobotSpec("own:Slow")))
+    with child("Slow") as (link, program):
         wait_until(Path("log").exists)
-        ours.close()
+        link.close()
         Path("go").write_text(fault)
-        printed, _ = child.communicate(timeout=20)
-    assert (printed, child.returncode) == ("opened\n", 0)
+        printed, _ = program.communicate(timeout=20)
+    assert (printed, program.returncode) == ("opened\n", 0)
     assert set(velocities()) == still
     assert got()[-1:] == ["closed"] * bool(still)
 
 
 def test_a_process_that_is_killed_is_an_error() -> None:
     with process() as (robot, _):
-        robot._process.kill()
-        robot._process.wait()
+        number = process_of(robot)
+        os.kill(number, signal.SIGKILL)
+        wait_until(lambda: not is_alive(number))
         with pytest.raises(RobotError, match="its process has ended"):
             robot.receive(AHEAD)
 
@@ -349,5 +368,14 @@ def test_a_process_that_is_killed_is_an_error() -> None:
 @pytest.mark.slow
 def test_a_robot_that_hangs_for_ever_is_ended() -> None:
     with process() as (robot, _):
-        robot._link.send_bytes(b'{"type":"reply","t":0,"text":"import time; time.sleep(999)"}')
-    assert robot._process.poll() == -signal.SIGKILL
+        number = process_of(robot)
+
+        def hang() -> None:
+            with suppress(RobotError):
+                robot.receive(Reply(1, "open('hangs', 'w').close(); time.sleep(999)"))
+
+        waiting = threading.Thread(target=hang)
+        waiting.start()
+        wait_until(Path("hangs").exists)
+    waiting.join()
+    assert not is_alive(number)

@@ -153,7 +153,7 @@ def test_of_two_that_start_it_at_once_only_the_last_one_hears(
 
     monkeypatch.setattr(recognizer_node, "make_hearing", lambda *_: hearing())
     monkeypatch.setattr(recognizer_node, "read_settings", Config)
-    hearer = recognizer_node._SwitchedHearing(Inbox({"stop"}), time.monotonic)
+    hearer = recognizer_node.SwitchedHearing(Inbox({"stop"}), time.monotonic)
     hearer.start()
     with ThreadPoolExecutor(8) as services:
         for starting in [services.submit(hearer.start) for _ in range(8)]:

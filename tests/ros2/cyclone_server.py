@@ -47,7 +47,7 @@ class Request(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_")
 TYPE_HASHES[Request] = TYPE_HASHES[CancelAllGoals]
 node = Ros2Node(Ros2())
 topic = Topic(node.participant, f"rq/{json.loads(sys.argv[1])['service']}Request", Request)
-reader = DataReader(node.participant, topic, node._qos(Request))
+reader = DataReader(node.participant, topic, node.qos(Request))
 print(json.dumps({"ready": True}), flush=True)
 while True:
     for asked in reader.take(10):

@@ -54,7 +54,7 @@ def test_a_base_that_listens_is_well_and_is_not_moved(start: Callable[[float], P
     assert found["ROS 2 /cmd_vel"]["well"]
     assert found["ROS 2 senders"]["well"]
     assert BASE not in found
-    assert base._lines.empty()
+    assert base.is_silent
 
 
 def test_a_base_that_stops_by_itself_is_well_and_hears_zero_last(
@@ -93,7 +93,7 @@ def test_a_base_that_another_program_drives_is_left_alone(
     senders = found["ROS 2 senders"]
     assert f"process {os.getpid()} " in senders["told"]
     assert (senders["well"], senders["needed"]) == (False, False)
-    assert base._lines.empty()
+    assert base.is_silent
     del other
 
 
@@ -111,8 +111,8 @@ def test_ctrl_c_while_it_drives_ends_it_with_zero(start: Callable[[float], Progr
 
 def test_an_odometry_that_promises_nothing_is_read_too() -> None:
     node = Ros2Node(Ros2())
-    qos = node._qos(msg.Odometry, reliability=Policy.Reliability.BestEffort)
-    odom = DataWriter(node.participant, node._topic("odom", msg.Odometry), qos)
+    qos = node.qos(msg.Odometry, reliability=Policy.Reliability.BestEffort)
+    odom = DataWriter(node.participant, node.topic("odom", msg.Odometry), qos)
     base = Ros2Base(Ros2(), "odom", lambda: 5.0)
     pose = msg.PoseWithCovariance(msg.Pose(msg.Point(), msg.Quaternion()))
     speed = msg.TwistWithCovariance(msg.velocity(0.1, 0.2))

@@ -64,7 +64,7 @@ def test_a_server_of_another_kind_may_take_the_place_of_one(
         def cancels(asked: Program = asked) -> object:  # not by what the one before understood
             robot.receive(Twist(0.0, 0.0, 0.0))
             robot.receive(heard("stop"))
-            return not asked._lines.empty()
+            return not asked.is_silent
 
         wait_until(cancels)
         assert asked.wait_for(lambda line: "goal" in line) == [ALL]
@@ -116,7 +116,7 @@ def serve(settings: Ros2, action: str = "navigate_to_pose") -> DataReader[Any]:
     node = Ros2Node(settings)
     name = node.request_topic(f"{action}/_action/cancel_goal")
     topic = Topic(node.participant, name, CycloneCancelAllGoals)
-    return DataReader(node.participant, topic, node._qos(CycloneCancelAllGoals))
+    return DataReader(node.participant, topic, node.qos(CycloneCancelAllGoals))
 
 
 def requests(reader: DataReader[Any]) -> list[Any]:
@@ -128,7 +128,7 @@ def wait_for_servers(robot: Ros2Robot, number: int = 1) -> None:
 
     def found() -> bool:
         robot.receive(Twist(0.0, 0.0, 0.0))
-        ready = robot._goals._requests.values()
+        ready = [writer for writer in robot.writers if writer.topic.name.startswith("rq/")]
         return len(ready) == number and all(w.get_matched_subscriptions() for w in ready)
 
     wait_until(found)

@@ -24,7 +24,8 @@ def test_it_prints_what_was_obeyed_and_is_ended_by_ctrl_c() -> None:
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as listener:
         try:
-            wait_until(lambda: robot._output.get_matched_subscriptions())
+            output = next(w for w in robot.writers if w.topic.name == "rt/recognizer/output")
+            wait_until(output.get_matched_subscriptions)
             robot.receive(Utterance(0, "go back", 0.9, True, 0, 1, "text", obeyed=True))
             assert listener.stdout
             assert listener.stdout.readline() == "go back\n"

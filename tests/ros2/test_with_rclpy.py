@@ -45,8 +45,7 @@ def opened(settings: Ros2) -> Iterator[tuple[Ros2Robot, list[str]]]:
     told: list[Notice] = []
     robot = Ros2Robot(settings, told.append)
     robot.open()
-    writers = robot._velocities.writer, robot._selected_object, robot._output, robot._diagnostics
-    wait_until(lambda: all(writer.get_matched_subscriptions() for writer in writers))
+    wait_until(lambda: all(writer.get_matched_subscriptions() for writer in robot.writers))
     texts = [warning.text for warning in told]
     try:
         yield robot, texts
@@ -90,6 +89,11 @@ def hash_of_tf() -> str:
     types.sort(key=lambda kind: str(kind["type_name"]))
     text = json.dumps({"type_description": outer, "referenced_type_descriptions": types})
     return f"RIHS01_{sha256(text.encode()).hexdigest()}"
+
+
+def subscribed(robot: Ros2Robot, topic: str) -> object:
+    (writer,) = [writer for writer in robot.writers if writer.topic.name == f"rt/{topic}"]
+    return writer.get_matched_subscriptions()
 
 
 def drive(robot: Ros2Robot, until: Callable[[], object]) -> None:
@@ -170,7 +174,7 @@ def test_rclpy_reads_values_on_topics_of_the_users_own(base: Base) -> None:
     node = base(values=True)
     robot = Ros2Robot(Ros2(wait=30), table=Config(commands=publishing).table)
     robot.open()
-    drive(robot, until=lambda: all(w.get_matched_subscriptions() for w in robot._others.values()))
+    drive(robot, until=lambda: all(subscribed(robot, topic) for topic in values))
     for topic, value in values.items():
         robot.receive(Publish(0, topic, value))
     node.wait_for(complete)
@@ -194,9 +198,7 @@ def test_rclpy_reads_where_a_simulated_robot_is(base: Base) -> None:
     robot = Ros2Robot(Ros2(wait=30))
     robot.where = lambda t: WorldState(t, Pose2D(1 / 3, -0.5, pi), 0.1, -0.2)
     robot.open()
-    publisher = robot._odometry
-    assert publisher
-    drive(robot, until=publisher._odom.get_matched_subscriptions)
+    drive(robot, until=lambda: subscribed(robot, "odom"))
     robot.receive(Twist(100.0, 0.0, 0.0))
     node.wait_for(complete)
     robot.close()

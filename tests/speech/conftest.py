@@ -14,7 +14,7 @@ from voz.speech import synthesis
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     home = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home))
-    monkeypatch.setattr(synthesis, "_KNOWN_TEXTS", set())
+    monkeypatch.setattr(synthesis, "KNOWN_TEXTS", set())
     return home / "voz" / "speech"
 
 

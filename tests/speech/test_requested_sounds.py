@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 
+from voz.audio.loudspeaker import Loudspeaker
 from voz.audio.mixer import Mixer
 from voz.errors import SpeechError
 from voz.speech.sound_client import RequestedSound, RequestedSounds, SoundKey
@@ -27,8 +29,9 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
+        self.silent = patch.object(Loudspeaker, "wake")  # there is none
+        self.silent.start()
         self.mixer = Mixer(lambda _: None)
-        self.mixer._loudspeaker.wake = lambda: None  # there is none
         self.sounds = RequestedSounds(self.mixer)
         self.state: dict[RequestedSound, str] = {}
         self.current: dict[SoundKey, RequestedSound] = {}
@@ -84,6 +87,7 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
         late = self.sounds.add(("wave", "a"), 1.0, True)
         self.sounds.begin(late, WAVE)
         assert late.over
+        self.silent.stop()
 
 
 TestOrdersInAnyOrder = OrdersInAnyOrder.TestCase

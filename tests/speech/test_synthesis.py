@@ -338,7 +338,6 @@ def test_the_cache_of_another_user_is_not_used(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cached_speech(REPLY, KAL)
-    synthesis._private_folder.cache_clear()
     monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
     assert cached_speech(REPLY, KAL).parent != cache
 
@@ -348,7 +347,6 @@ def test_a_cache_that_cannot_be_written_is_done_without(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    synthesis._private_folder.cache_clear()
     wav = cached_speech(REPLY, KAL)
     assert soundfile.info(wav).frames > 0
     assert cached_speech(REPLY, KAL) == wav

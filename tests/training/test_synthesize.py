@@ -20,7 +20,7 @@ def test_each_language_of_a_voice_has_letters_for_each_phone() -> None:
 
 
 def test_hindi_joins_a_vowel_or_none_to_a_consonant() -> None:
-    hindi = synthesize._spellings()["hi"]
+    hindi = synthesize.spellings_of_phones()["hi"]
 
     def written(phones: str) -> str:
         return str(synthesize.joined([hindi[phone] for phone in phones.split()]))

@@ -79,6 +79,7 @@ class AcousticModel:
         means: of the Gaussians, shape (phones, streams, Gaussians, 13).
         variances: of the Gaussians, same shape.
         phones: the number of each phone by its name.
+        weights: of the Gaussians, as the file has them: shape (streams, Gaussians, senones).
     """
 
     def __init__(self, folder: Path) -> None:
@@ -91,7 +92,7 @@ class AcousticModel:
             names = read_phones(folder)
             self.means = _read_gaussians(read_model_file(folder, "means"))
             variances = _read_gaussians(read_model_file(folder, "variances"))
-            self._weights = _read_weights(read_model_file(folder, "sendump"), self.means.shape[2])
+            self.weights = _read_weights(read_model_file(folder, "sendump"), self.means.shape[2])
             if not len(names) == len(self.means) == len(variances):
                 raise ValueError("another number of phones in mdef than in means")
         except (ValueError, OverflowError, struct.error) as error:
@@ -101,7 +102,7 @@ class AcousticModel:
 
     def log_weights(self, senones: Indices) -> Floats:
         """Log weights of senones, shape (streams, n, Gaussians)."""
-        return np.asarray(-WEIGHT_UNIT * self._weights[:, :, senones].transpose(0, 2, 1))
+        return np.asarray(-WEIGHT_UNIT * self.weights[:, :, senones].transpose(0, 2, 1))
 
     def expected(self, phones: Indices, senones: Indices) -> Floats:
         """Return the mean cepstra of n states by their phones and senones, shape (n, 13).

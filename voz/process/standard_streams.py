@@ -89,7 +89,7 @@ def unblocked_output() -> Iterator[None]:
         for name in ("stdout", "stderr")
         if _has_descriptor(stream := getattr(sys, name))
     }
-    ours = [_replace(name, stream) for name, stream in before.items()]
+    ours = [_unblocked(name, stream) for name, stream in before.items()]
     try:
         yield
     finally:
@@ -158,7 +158,7 @@ def _has_descriptor(stream: TextIO | None) -> bool:
         return False
 
 
-def _replace(name: str, stream: TextIO) -> UnblockedStream:
+def _unblocked(name: str, stream: TextIO) -> UnblockedStream:
     stream.flush()
     ours = UnblockedStream(stream.fileno(), stream.encoding)
     setattr(sys, name, ours)

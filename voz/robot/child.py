@@ -98,11 +98,11 @@ def main() -> None:
         guarded = WatchedRobot(robot, spec.only_zero)
         try:
             _answer(link, begun)
-            _serve(link, guarded)
+            serve(link, guarded)
         except BaseException as error:  # the run has ended, or has lost this robot
             with suppress(BaseException):
                 _answer(link, EventAnswer(error_line(error)))
-            _stop_after_run(guarded, nowhere)
+            stop_after_run(guarded, nowhere)
 
 
 def _traceback(error: BaseException) -> str:
@@ -119,7 +119,7 @@ def _close(robot: Robot) -> None:
             print(f"the robot could not be closed: {error_line(error)}")
 
 
-def _serve(link: Connection, robot: WatchedRobot) -> None:
+def serve(link: Connection, robot: WatchedRobot) -> None:
     """Take events until the run is over; raises EOFError if it ends without saying so."""
     timeout = RUN_TIMEOUT if robot.watches else None
     while True:
@@ -134,7 +134,8 @@ def _serve(link: Connection, robot: WatchedRobot) -> None:
         timeout = RUN_TIMEOUT if robot.watches else None
 
 
-def _stop_after_run(robot: WatchedRobot, nowhere: int) -> None:
+def stop_after_run(robot: WatchedRobot, nowhere: int) -> None:
+    """Go on to stop it for a while, and print nowhere."""
     for descriptor in (1, 2):  # nobody reads its output any more, and writing must not fail
         os.dup2(nowhere, descriptor)
     for _ in range(FINAL_ZEROS):

@@ -26,7 +26,7 @@ TROUBLE_INTERVAL = 0.1
 STOPPED = "the recognizer was stopped by its service"
 
 
-class _SwitchedHearing:
+class SwitchedHearing:
     """Listens from `start` to `stop`; services call these on threads of their own."""
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
@@ -51,6 +51,7 @@ class _SwitchedHearing:
             self._hearing = hearing
 
     def stop(self) -> None:
+        """Listen no more."""
         with self._lock:
             self._end()
 
@@ -60,6 +61,7 @@ class _SwitchedHearing:
 
     @property
     def status(self) -> RecognizerStatus:
+        """Whether it listens, and what is wrong."""
         hearing = self._hearing
         if hearing is None:
             return RecognizerStatus(STOPPED)
@@ -75,7 +77,7 @@ def recognize(node: Ros1Node) -> None:
 
     inbox = Inbox(read_settings().table.halts)
     clock = WallClock(inbox)
-    hearing = _SwitchedHearing(inbox, clock.now)
+    hearing = SwitchedHearing(inbox, clock.now)
     with ExitStack() as parts:
         parts.callback(hearing.stop)
         hearing.start()

@@ -104,18 +104,22 @@ MAX_TAKEN = 100
 
 
 class Ros2OdometryPublisher:
-    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
+    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`.
+
+    Attributes:
+        odom: the writer of the first.
+    """
 
     def __init__(self, node: Ros2Node, base: str) -> None:
         """Offer the topics; `base` is the frame of the base."""
         self._base = base
-        self._odom = node.writer(ODOM, msg.Odometry)
+        self.odom = node.writer(ODOM, msg.Odometry)
         self._tf = node.writer("/tf", msg.TFMessage)
 
     def publish(self, state: WorldState) -> None:
         """Publish the state of now; raises RobotError."""
         header = msg.header(ODOM)
-        write(self._odom, _odometry(state, header, self._base))
+        write(self.odom, _odometry(state, header, self._base))
         write(self._tf, msg.TFMessage([_transform(state, header, self._base)]))
 
 

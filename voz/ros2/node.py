@@ -84,40 +84,42 @@ class Ros2Node:
 
         `mark` is userdata, as NAME=VALUE and a semicolon.
         """
-        qos = self._qos(message, *policies, mark=mark)
-        return DataWriter(self.participant, self._topic(topic, message), qos)
+        qos = self.qos(message, *policies, mark=mark)
+        return DataWriter(self.participant, self.topic(topic, message), qos)
 
     def reader(
         self, topic: str, message: type[Message], *policies: BasePolicy
     ) -> DataReader[Message]:
         """Return a reader of what ROS 2 nodes write; the arguments are those of `writer`."""
-        qos = self._qos(message, *policies)
-        return DataReader(self.participant, self._topic(topic, message), qos)
+        qos = self.qos(message, *policies)
+        return DataReader(self.participant, self.topic(topic, message), qos)
 
     def any_reader(self, topic: str, message: type[Message]) -> DataReader[Message]:
         """Return a reader also of best-effort writers, such as those of sensors."""
-        qos = self._qos(message, reliability=Policy.Reliability.BestEffort)
-        return DataReader(self.participant, self._topic(topic, message), qos)
+        qos = self.qos(message, reliability=Policy.Reliability.BestEffort)
+        return DataReader(self.participant, self.topic(topic, message), qos)
 
     def requests(self, service: str, message: type[Message]) -> DataWriter[Message]:
         """Return a writer of requests to a service; the arguments are those of `writer`."""
         topic = Topic(self.participant, self.request_topic(service), message)
-        return DataWriter(self.participant, topic, self._qos(message))
+        return DataWriter(self.participant, topic, self.qos(message))
 
     def request_topic(self, service: str) -> str:
         """Return the topic of the requests to a service, as DDS knows it."""
         return f"rq{self.name(service)}Request"
 
-    def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:
+    def topic(self, topic: str, message: type[Message]) -> Topic[Message]:
+        """Return a topic as ROS 2 names it."""
         return Topic(self.participant, f"rt{self.name(topic)}", message)
 
-    def _qos(
+    def qos(
         self,
         message: type[Any],
         *policies: BasePolicy,
         reliability: BasePolicy = RELIABLE,
         mark: bytes = b"",
     ) -> Qos:
+        """Return what a writer or a reader of messages offers or wants, as ROS 2 does."""
         return Qos(
             reliability,
             Policy.History.KeepLast(HISTORY_DEPTH),

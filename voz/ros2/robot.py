@@ -86,14 +86,18 @@ CYCLONE_VENDOR = bytes([1, 16])
 
 
 class GoalCanceller:
-    """Cancels all goals of some actions, such as Nav2's, whose servers may come and go."""
+    """Cancels all goals of some actions, such as Nav2's, whose servers may come and go.
+
+    Attributes:
+        requests: a writer for each action that has a server, by the service.
+    """
 
     def __init__(self, node: Ros2Node, actions: Sequence[str]) -> None:
         """Prepare to cancel the goals of actions, in this order."""
         self._node = node
         self._arriving = Endpoints(node)
         self._services = [f"{action}/_action/cancel_goal" for action in actions]
-        self._requests: dict[str, DataWriter[Any]] = {}
+        self.requests: dict[str, DataWriter[Any]] = {}
 
     def look(self) -> None:
         """Make a writer of requests for each new server; of several, for the last.
@@ -106,22 +110,22 @@ class GoalCanceller:
             server = arrived.get(self._node.request_topic(service))
             if server is None:
                 continue
-            kind, before = _layout(server), self._requests.get(service)
+            kind, before = _layout(server), self.requests.get(service)
             if before is None or before.topic.data_type is not kind:
-                self._requests.pop(service, None)
-                self._requests[service] = self._node.requests(service, kind)
+                self.requests.pop(service, None)
+                self.requests[service] = self._node.requests(service, kind)
 
     def cancel(self) -> None:
         """Request the end of all goals without waiting; raises RobotError as `write`."""
         for service in self._services:
-            if service in self._requests:
-                requests = self._requests[service]
+            if service in self.requests:
+                requests = self.requests[service]
                 write(requests, requests.topic.data_type())
 
     def wait(self) -> None:
         """Wait a short time until the requests have arrived."""
         until = time.monotonic() + FINAL_ACK_TIMEOUT
-        for requests in self._requests.values():
+        for requests in self.requests.values():
             all_acknowledged(requests, max(0.0, until - time.monotonic()))
 
 
@@ -191,6 +195,13 @@ class Ros2Robot(TopicRobot):
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
         self._senders.update(0.0, self._writers.names())
+
+    @property
+    def writers(self) -> list[DataWriter[Any]]:
+        """All that it publishes and requests with while it is open."""
+        writers = [self._velocities.writer, self._selected_object, self._output, self._diagnostics]
+        writers += [*self._others.values(), *self._goals.requests.values()]
+        return writers + ([self._odometry.odom] if self._odometry else [])
 
     def receive(self, event: Event) -> None:
         """Publish the event, if ROS 2 has a topic for it."""

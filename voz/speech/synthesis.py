@@ -276,7 +276,7 @@ def _is_whole_wav(path: Path) -> bool:
 CACHE_FORMAT = 1
 """To be raised when the same text and voice are to give another file."""
 
-_KNOWN_TEXTS: set[tuple[str, str]] = set()
+KNOWN_TEXTS: set[tuple[str, str]] = set()
 """Text and voice of what `cached_speech` has returned in this process."""
 
 
@@ -294,13 +294,13 @@ def cached_speech(text: str, voice: str, cancelled: threading.Event | None = Non
         wav = _find_in(folder, key) or _render_into(folder, key, plain, voice, cancelled)
     except OSError as error:
         raise SpeechError(f"{folder}: cannot be used ({error.strerror}); remove it") from error
-    _KNOWN_TEXTS.add((plain, voice))
+    KNOWN_TEXTS.add((plain, voice))
     return wav
 
 
 def is_cached(text: str, voice: str) -> bool:
     """Whether `cached_speech` has returned a file before; the disk is not asked."""
-    return (speakable(text, voice), voice) in _KNOWN_TEXTS
+    return (speakable(text, voice), voice) in KNOWN_TEXTS
 
 
 def _render_into(

@@ -7,6 +7,7 @@ import pytest
 from recordings import FIXTURES, GO_BACK
 
 from voz.apps.batch import worker
+from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import Outcome
 from voz.apps.batch.stamps import check_stamps
 from voz.apps.batch.worker import DecodeTask, WorkerSetup, work
@@ -22,15 +23,14 @@ def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
 ) -> None:
     path = tmp_path / "a.flac"
     shutil.copy(GO_BACK, path)
-    heard = worker._heard
 
     def meanwhile(*given: object) -> Outcome:
-        outcome: Outcome = heard(*given)  # type: ignore[arg-type]
+        outcome: Outcome = decode_recording(*given)  # type: ignore[arg-type]
         if changes:
             shutil.copy(OTHER, path)
         return outcome
 
-    monkeypatch.setattr(worker, "_heard", meanwhile)
+    monkeypatch.setattr(worker, "decode_recording", meanwhile)
     setup = WorkerSetup(str(PACKAGED_FOLDER), Recognition(use_network=False))
     (outcome,) = work(setup, DecodeTask((str(path),)))  # type: ignore[misc]
     looked = list(check_stamps([str(path)], [(0, outcome.stamp)]))

@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
 
 from voz.apps.web.certificates import (
     AUTHORITY_CERTIFICATE,
@@ -84,12 +87,28 @@ def test_it_vouches_for_nobody_in_the_world(tmp_path: Path) -> None:
 
 
 def test_who_steals_its_key_cannot_vouch_for_others_either(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     certificates = Certificates(tmp_path)
-    forged = [x509.DNSName("example.org")]
-    monkeypatch.setattr("voz.apps.web.certificates._alternatives", lambda _: forged)
-    certificates.renew(["example.org"], NOW)
+    key = serialization.load_pem_private_key((tmp_path / AUTHORITY_KEY).read_bytes(), None)
+    assert isinstance(key, ec.EllipticCurvePrivateKey)
+    forged = (
+        x509.CertificateBuilder()
+        .subject_name(x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "example.org")]))
+        .issuer_name(x509.load_pem_x509_certificate(certificates.authority).subject)
+        .public_key(key.public_key())
+        .serial_number(1)
+        .not_valid_before(NOW - timedelta(days=1))
+        .not_valid_after(NOW + timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName("example.org")]), critical=False)
+        .add_extension(
+            x509.AuthorityKeyIdentifier.from_issuer_public_key(key.public_key()), critical=False
+        )
+        .sign(key, hashes.SHA256())
+    )
+    chain = tmp_path / "forged.pem"
+    chain.write_bytes(forged.public_bytes(serialization.Encoding.PEM))
+    certificates.context.load_cert_chain(chain, tmp_path / AUTHORITY_KEY)
     with pytest.raises(ssl.SSLCertVerificationError, match="permitted subtree"):
         shake_hands(certificates, certificates.authority, "example.org")
 

@@ -56,7 +56,7 @@ class Run:
         )  # fmt: skip
         self.session = Session(RunSpec(controller=self.controller, inbox=self._inbox))
         self.session.watch(PAGE, lambda: page.trouble(self.controller.moving), *page.sources)
-        self.lock = page._driver_lock
+        self.lock = page.driver_lock
         self.registry = PageRegistry(
             CommandBridge(self._inbox, lambda: self.now, lambda: COMMANDS),
             EventHistory(lambda _: None),
@@ -83,7 +83,7 @@ class Run:
         """End what still waits for the control loop."""
         for task in asyncio.all_tasks(self._loop):
             task.cancel()
-        self._work()
+        self.work()
         self._loop.close()
 
     def beat(self, beats: int = 1) -> None:
@@ -93,20 +93,20 @@ class Run:
             self._take()
             self.session.on_beat(self.now)
             self.registry.broadcast_state({})
-            self._work()
+            self.work()
 
     def _take(self) -> None:
         while not self._inbox.is_empty and (message := self._inbox.take(0.001)) is not None:
             assert not isinstance(message, End)
             self.controller.take(message, self.now)
 
-    def _work(self) -> None:
+    def work(self) -> None:
         self._loop.run_until_complete(asyncio.sleep(0))
 
     def _start(self, work: Coroutine[Any, Any, Answer]) -> asyncio.Task[Answer]:
         task = self._loop.create_task(work)
         for _ in range(3):  # until it waits for the control loop
-            self._work()
+            self.work()
         return task
 
     def post(self, secret: str | None, text: str = "go forward") -> asyncio.Task[Utterance]:
@@ -199,7 +199,7 @@ def test_a_control_loop_that_does_not_notice_is_no_leave_to_drive(run: Run) -> N
     run.registry.keep_alive(run.pages[0])
     answer = run.post(run.pages[0].secret)
     for _ in range(page_registry.MAX_NOTICE_LOOKS + 1):
-        run._work()
+        run.work()
     assert "the control loop does not answer" in str(answer.exception())
 
 

@@ -23,10 +23,10 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     clock = WallClock(inbox)
     unused: Any = None
     page = LivePage(unused, inbox, clock, unused, picture=unused, browser_listens=listens)
-    page._driver_lock.acquire(1, False, time.monotonic())
+    page.driver_lock.acquire(1, False, time.monotonic())
     begun = clock.now()
     time.sleep(0.02)
-    page._driver_lock.release(1)
+    page.driver_lock.release(1)
     assert page.trouble(controller.moving) is None
     while (message := inbox.take(0.001)) is not None:
         assert isinstance(message, Halt | Utterance)

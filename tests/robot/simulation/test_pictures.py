@@ -26,7 +26,7 @@ from voz.robot.simulation.pictures import (
     save_animation,
     save_picture,
 )
-from voz.robot.simulation.scene import FINAL_PAUSE, MAX_GIF_FRAMES, Scene, _interval, frames
+from voz.robot.simulation.scene import FINAL_PAUSE, MAX_GIF_FRAMES, Scene, frame_interval, frames
 from voz.robot.simulation.simulator import Trip
 from voz.robot.simulation.world import arm_points
 from voz.settings import Simulator
@@ -200,8 +200,8 @@ def test_frames_move_while_the_robot_does_and_stand_when_it_stands(short: Trip) 
 
 def test_a_long_trip_has_fewer_frames_and_the_same_speed(short: Trip) -> None:
     hour = replace(short, states=(*short.states, replace(short.states[-1], t=3600.0)))
-    assert _interval(short, MAX_GIF_FRAMES) == 0.1
-    interval = _interval(hour, MAX_GIF_FRAMES)
+    assert frame_interval(short, MAX_GIF_FRAMES) == 0.1
+    interval = frame_interval(hour, MAX_GIF_FRAMES)
     assert (3600 + FINAL_PAUSE) / interval <= MAX_GIF_FRAMES
     assert round(interval * 100) == pytest.approx(interval * 100)
 

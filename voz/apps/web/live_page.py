@@ -40,6 +40,7 @@ class LivePage:
 
     Attributes:
         unwatched_source: of commands that are posted without a page.
+        driver_lock: knows which page drives, and whether it is there.
     """
 
     unwatched_source = PROGRAM_SOURCE
@@ -75,7 +76,7 @@ class LivePage:
         self._microphone = BrowserMicrophone(self._warn) if browser_listens else None
         self._playback = PagePlayback()
         self._events = EventQueue()
-        self._driver_lock = DriverLock()
+        self.driver_lock = DriverLock()
         self._now = now
 
     @property
@@ -92,7 +93,7 @@ class LivePage:
     @property
     def driven(self) -> bool:
         """Whether somebody drives from it."""
-        return self._driver_lock.driver is not None
+        return self.driver_lock.driver is not None
 
     def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""
@@ -106,8 +107,8 @@ class LivePage:
 
     def trouble(self, moving: bool) -> str | None:
         """Report that the page that drove the robot is gone (S5)."""
-        problem = self._driver_lock.trouble(self._now(), moving)
-        if self._driver_lock.released_at_rest and self._microphone:
+        problem = self.driver_lock.trouble(self._now(), moving)
+        if self.driver_lock.released_at_rest and self._microphone:
             # What was said last may be recognized only now, with nobody there who can stop it.
             self._inbox.put(Halt(NO_DRIVER, self._clock.now()))
         return problem
@@ -123,7 +124,7 @@ class LivePage:
         registry = PageRegistry(
             CommandBridge(self._inbox, self._clock.now, self._commands),
             EventHistory(recognizer.threshold_of),
-            self._driver_lock,
+            self.driver_lock,
             warn=self._warn,
             microphone=self._microphone,
             set_rehearsal=lambda on: self._inbox.put(Rehearsal(on)),

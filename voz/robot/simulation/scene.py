@@ -199,13 +199,13 @@ def frames(trip: Trip, interval: float) -> Iterator[Frame]:
         yield np.array(scene.canvas.buffer_rgba())
 
 
-def _interval(trip: Trip, most: int) -> float:
+def frame_interval(trip: Trip, most: int) -> float:
     """Return the time between frames, s, in whole hundredths as a GIF stores it."""
     return max(FRAME_INTERVAL, ceil((trip.states[-1].t + FINAL_PAUSE) / most * 100) / 100)
 
 
 def _save_gif(trip: Trip, path: Path) -> None:
-    interval = _interval(trip, MAX_GIF_FRAMES)
+    interval = frame_interval(trip, MAX_GIF_FRAMES)
     whole = Scene(trip, ANIMATION_DPI)
     whole.show(trip.states[-1].t)
     whole.canvas.draw()
@@ -226,7 +226,7 @@ def _image(frame: Frame) -> Image.Image:
 
 
 def _save_mp4(trip: Trip, path: Path) -> None:
-    interval = _interval(trip, MAX_MP4_FRAMES)
+    interval = frame_interval(trip, MAX_MP4_FRAMES)
     pictures = frames(trip, interval)
     first = next(pictures)
     command = [

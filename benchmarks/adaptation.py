@@ -1,173 +1,157 @@
-"""What learning the microphone and the speaker gains, and what it costs those who need none.
+"""What `voz calibrate` wins, each speaker judged on recordings that the profile was not made from.
 
-Run `python benchmarks/adaptation.py MANIFEST...` with lists of recordings as `voz eval` reads them.
-Counted are the commands that are right, those that are right and accepted, and those in which
-something wrong is accepted.
+Run `python benchmarks/adaptation.py MANIFEST... [--list FILE]`; manifests are those of `voz eval`.
+The recordings of each speaker whose text is in the list are divided into parts; each part is scored
+with profiles of at most 24 of the others, as many as `voz calibrate` asks for.
 
-- digits: near-misses of the condition `human` with a grammar of the ten digits; each speaker's
-  first 14, in several orders, are learnt from as they are understood; the rest is scored.
-- each speaker alone: the commands, scored while it learns.
-- one microphone: the commands of all speakers of a condition mixed, scored while it learns.
-- after talk and noise: each speaker alone, after all of the talk and noise was heard.
-- calibrated: each speaker by what `voz calibrate` makes of the other sentences.
+Printed for the recognition without a profile, with each part of a profile, and with what `voz
+calibrate` chooses: the share right and accepted, its change with a 95 % interval (bootstrap over
+the speakers), and the share in which something wrong is accepted.
 """
 
 from __future__ import annotations
 
+import math
 import random
-import sys
+import shutil
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from functools import cache
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
-from voz.api.recognizer import Recognizer
-from voz.apps.recordings.calibration import MIN_SENTENCES, Said, Score, calibrate, score
+from voz.apps.evaluation.noise import embed_in_noise
+from voz.apps.recordings.calibration import MIN_SENTENCES, Said, Score, calibrate, fit, score
+from voz.apps.recordings.enrollment import PROMPT_COUNT
 from voz.apps.recordings.manifest import Clip, read_manifests
-from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
 from voz.language.build import build
-from voz.language.language_files import LanguageFiles, find_language
-from voz.recognition.engine import learned_by
-from voz.recognition.speaker.adaptation import StartVector
+from voz.language.language_files import LanguageFiles, find_language, read_sentences
+from voz.recognition.engine import RecognitionEngine
+from voz.recognition.language import load_language
+from voz.recognition.speaker.adaptation import Aligner
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
-DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-LEARNT_FROM = 14
-SEEDS = range(3)
-PARTS = 7
-NOTHING = StartVector()
-COLUMNS = ("right", "accepted", "wrong")
+RESAMPLINGS = 2000
+
+Scores = dict[str, dict[str, list[Score]]]
+"""Of each way, by speaker."""
 
 
-def hear(language: LanguageFiles, clips: Iterable[Clip], learnt: StartVector) -> list[Score]:
-    """Score with what was learnt before."""
-    recognizer = Recognizer(language, Recognition(), Profile(learnt))
-    return [score([said(clip)], recognizer) for clip in clips]
+def measure(
+    speakers: dict[str, list[Said]], language: LanguageFiles, settings: Recognition, parts: int
+) -> Scores:
+    """Score each speaker in each way."""
+    aligner = Aligner(load_language(language))
+    scores: Scores = defaultdict(lambda: defaultdict(list))
+    for number, (speaker, said) in enumerate(speakers.items(), start=1):
+        order = random.Random(0).sample(said, len(said))
+        for part in range(parts):
+            judged = order[part::parts]
+            others = [each for each in order if all(each is not one for one in judged)]
+            with tempfile.TemporaryDirectory() as name:
+                profiles = ways(others[:PROMPT_COUNT], language, settings, aligner, Path(name))
+                for way, profile in profiles.items():
+                    recognizer = RecognitionEngine(language, settings, profile)
+                    scores[way][speaker] += [score([each], recognizer) for each in judged]
+        print(f"{number} of {len(speakers)}", end="\r", flush=True)
+    return scores
 
 
-def learn(
-    language: LanguageFiles, clips: Iterable[Clip], learnt: StartVector
-) -> tuple[list[Score], StartVector]:
-    """Score while learning more; gives what is known then, too."""
-    recognizer = Recognizer(language, Recognition(), Profile(learnt), learning=True)
-    return [score([said(clip)], recognizer) for clip in clips], learned_by(recognizer)
+def ways(
+    said: Sequence[Said],
+    language: LanguageFiles,
+    settings: Recognition,
+    aligner: Aligner,
+    folder: Path,
+) -> dict[str, Profile]:
+    """The profiles that are compared."""
+    fitted = fit(said, aligner, folder / "mllr.txt")
+    return {
+        "no profile": Profile(),
+        "the start of the cepstral mean": Profile(fitted.start),
+        "the start and MLLR": fitted,
+        "twice the odds": Profile(log_odds=math.log(2)),
+        "`voz calibrate`": calibrate(said, language, settings, folder).profile,
+    }
 
 
-@cache
-def samples(path: Path) -> Samples:
-    return np.concatenate(list(read_blocks(path)))
+def table(scores: Scores) -> Iterable[str]:
+    """The rows of a table, a way each."""
+    yield "| | right | right and accepted | change | wrong and accepted |"
+    yield "|---|---|---|---|---|"
+    before = scores["no profile"]
+    for way, of_speakers in scores.items():
+        every = [each for own in of_speakers.values() for each in own]
+        right, accepted, wrong = (
+            f"{np.mean([getattr(each, name) for each in every]):.3f}"
+            for name in ("right", "accepted", "wrong")
+        )
+        yield f"| {way} | {right} | {accepted} | {change(before, of_speakers)} | {wrong} |"
 
 
-def said(clip: Clip) -> Said:
-    return Said(clip.text, samples(clip.path))
+def change(before: dict[str, list[Score]], after: dict[str, list[Score]]) -> str:
+    """By how much more is right and accepted, with its interval."""
+    names = list(before)
+    gained = np.array(
+        [sum(s.accepted for s in after[n]) - sum(s.accepted for s in before[n]) for n in names]
+    )
+    count = np.array([len(before[name]) for name in names])
+    drawn = np.random.default_rng(0).integers(len(names), size=(RESAMPLINGS, len(names)))
+    low, high = np.percentile(gained[drawn].sum(1) / count[drawn].sum(1), (2.5, 97.5))
+    return f"{gained.sum() / count.sum():+.3f} ({low:+.3f} to {high:+.3f})"
 
 
-def by(clips: Iterable[Clip], column: str) -> dict[str, list[Clip]]:
-    groups: dict[str, list[Clip]] = defaultdict(list)
+def by_speaker(clips: Iterable[Clip], noise: Path | None, snr: float) -> dict[str, list[Said]]:
+    """The recordings of each speaker who says enough different sentences."""
+    rng = np.random.default_rng(0)
+    background = None if noise is None else np.concatenate(list(read_blocks(noise)))
+    found: dict[str, list[Said]] = defaultdict(list)
     for clip in clips:
-        groups[getattr(clip, column)].append(clip)
-    return groups
+        samples = np.concatenate(list(read_blocks(clip.path)))
+        if background is not None:
+            samples = embed_in_noise(background, samples, snr, rng)
+        found[clip.speaker].append(Said(clip.text, samples))
+    return {
+        name: said
+        for name, said in found.items()
+        if len({each.text for each in said}) >= MIN_SENTENCES
+    }
 
 
-def shuffled(clips: Sequence[Clip], seed: int) -> list[Clip]:
-    return random.Random(seed).sample(clips, len(clips))
-
-
-def row(name: str, before: list[Score], after: list[Score]) -> None:
-    def shares(scores: list[Score]) -> list[float]:
-        return [float(np.mean([getattr(s, column) for s in scores])) for column in COLUMNS]
-
-    pairs = zip(shares(before), shares(after), strict=True)
-    cells = " | ".join(f"{old:.3f} → {new:.3f}" for old, new in pairs)
-    print(f"| {name} | {len(before)} | {cells} |", flush=True)
-
-
-def digits(clips: list[Clip], language: LanguageFiles) -> None:
-    totals: tuple[list[Score], list[Score]] = [], []
-    for speaker, own in by(clips, "speaker").items():
-        before: list[Score] = []
-        after: list[Score] = []
-        for seed in SEEDS:
-            order = shuffled(own, seed)
-            _, learnt = learn(language, order[:LEARNT_FROM], NOTHING)
-            before += hear(language, order[LEARNT_FROM:], NOTHING)
-            after += hear(language, order[LEARNT_FROM:], learnt)
-        row(f"digits, {speaker}", before, after)
-        totals[0].extend(before)
-        totals[1].extend(after)
-    if clips:
-        row("digits, all", *totals)
-
-
-def commands(clips: list[Clip], language: LanguageFiles, later: StartVector) -> None:
-    for condition, spoken in by(clips, "condition").items():
-        order = shuffled(spoken, 0)
-        speakers = by(order, "speaker").values()
-        ordered = [clip for own in speakers for clip in own]
-        before = hear(language, ordered, NOTHING)
-        for name, groups, learnt in (
-            ("each speaker alone", speakers, NOTHING),
-            ("one microphone", [order], NOTHING),
-            ("after talk and noise", speakers, later),
-        ):
-            after = [s for own in groups for s in learn(language, own, learnt)[0]]
-            row(f"{condition}, {name}", before, after)
-
-
-def calibrated(clips: list[Clip], language: LanguageFiles) -> None:
-    for condition, spoken in by(clips, "condition").items():
-        before: list[Score] = []
-        after: list[Score] = []
-        for own in by(spoken, "speaker").values():
-            texts = sorted({clip.text for clip in own})
-            if len(texts) <= MIN_SENTENCES:
-                continue
-            before += hear(language, own, NOTHING)
-            for part in range(PARTS):
-                judged = [c for c in own if texts.index(c.text) % PARTS == part]
-                others = [said(clip) for clip in own if clip not in judged]
-                with tempfile.TemporaryDirectory() as folder:
-                    found = calibrate(others, language, Recognition(), Path(folder))
-                    recognizer = Recognizer(language, Recognition(), found.profile)
-                    after += [score([said(clip)], recognizer) for clip in judged]
-        if before:
-            row(f"{condition}, calibrated", before, after)
-
-
-def talk_and_noise(clips: list[Clip], language: LanguageFiles) -> StartVector:
-    """Let it hear what is no command; returns what it learnt from that."""
-    scores, learnt = learn(language, shuffled(clips, 0), NOTHING)
-    minutes = sum(len(samples(clip.path)) for clip in clips) / SAMPLE_RATE / 60
-    alarms = sum(s.wrong for s in scores)
-    print(f"\n{minutes:.0f} minutes of talk and noise, {alarms} false alarms, taught {learnt}\n")
-    return learnt
-
-
-def digit_language(folder: Path) -> LanguageFiles:
-    files = LanguageFiles(folder)
-    files.commands.write_text("".join(f"{digit}\n" for digit in DIGITS), encoding="utf-8")
-    build(files.commands, folder)
-    return files
-
-
-def main(manifests: list[str]) -> None:
-    clips = read_manifests(map(Path, manifests))
-    print("| | utterances | right | right and accepted | wrong and accepted |")
-    print("|---|---|---|---|---|")
+def main(
+    manifests: list[Path],
+    listed: Annotated[
+        Path | None, typer.Option("--list", help="What is said; else the usual commands.")
+    ] = None,
+    condition: Annotated[str | None, typer.Option(help="Only recordings of this one.")] = None,
+    parts: Annotated[int, typer.Option(help="Of the recordings of each speaker.")] = 7,
+    most: Annotated[int | None, typer.Option(help="Only so many speakers.")] = None,
+    noise: Annotated[Path | None, typer.Option(help="Mixed into all recordings.")] = None,
+    snr: Annotated[float, typer.Option(help="How much louder the speech is, dB.")] = 10.0,
+    network: Annotated[bool, typer.Option(help="Whether the network decides.")] = True,
+) -> None:
+    """Print the table."""
     with tempfile.TemporaryDirectory() as folder:
-        language = digit_language(Path(folder))
-        digits([c for c in clips if c.condition == "human" and c.text in DIGITS], language)
-    language = find_language(None)
-    spoken = [c for c in clips if c.kind == "command"]
-    calibrated(spoken, language)
-    others = [c for c in clips if c.kind in ("talk", "noise")]
-    commands(spoken, language, talk_and_noise(others, language))
+        language = LanguageFiles(Path(folder)) if listed else find_language(None)
+        if listed:
+            shutil.copy(listed, language.commands)
+            build(language.commands, language.folder)
+        texts = set(read_sentences(language))
+        clips = [
+            clip
+            for clip in read_manifests(manifests)
+            if clip.text in texts and condition in (None, clip.condition)
+        ]
+        speakers = dict(list(by_speaker(clips, noise, snr).items())[:most])
+        print(f"{len(speakers)} speakers, {sum(map(len, speakers.values()))} recordings")
+        scores = measure(speakers, language, Recognition(use_network=network), parts)
+        print(*table(scores), sep="\n")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    typer.run(main)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from bisect import bisect_left, insort
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -70,10 +69,6 @@ class LevelMeter:
         begins = [0, *range(first, len(sound), some)]
         pieces = (sound[at:end] for at, end in zip_longest(begins, begins[1:]))
         return [level for piece in pieces for level in self._measure_batch(piece)]
-
-    def state(self) -> bytes:
-        """Return everything that the levels of later frames depend on."""
-        return self._before.tobytes() + self._energies.tobytes()
 
     def _measure_batch(self, sound: Samples) -> list[BandLevels]:
         count = len(sound) // FRAME
@@ -200,11 +195,6 @@ class Background:
         """Share of the last 8 s that a voice may be in."""
         voices = self._voices[-SILENCE_FRAMES:]
         return sum(voices) / len(voices)
-
-    def state(self) -> bytes:
-        """Return everything that the levels of later frames depend on."""
-        levels = array("d", (band for lv in self._levels[-SILENCE_FRAMES:] for band in lv))
-        return levels.tobytes() + bytes(self._voices[-SILENCE_FRAMES:])
 
     def loudest(self, frames: int, but: int) -> float:
         """Highest level of the last `frames` without the last `but`, dB; 0 if there are none."""

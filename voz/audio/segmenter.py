@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from typing import TypeAlias
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from pocketsphinx import Vad
@@ -74,18 +73,6 @@ QUIET_AFTER = MAX_PAUSE_SAMPLES + SEGMENT_MARGIN + 2 * FRAME
 QUIET_AFTER_ONSET = MAX_PAUSE_SAMPLES + ONSET_SAMPLES
 """Samples after a segment until a sound that began within the pause is a segment."""
 
-WARM_UP_FRAMES = 300
-"""Frames that determine the whole state; the background takes 266."""
-
-VoiceFlags: TypeAlias = Callable[[bytes], bool]
-"""Returns for one frame after the other whether a voice may be in it."""
-
-
-def webrtc_detector() -> VoiceFlags:
-    """WebRTC's voice detector for one stream; it has a state."""
-    found: VoiceFlags = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE).is_speech
-    return found
-
 
 class Segmenter:
     """Divides one stream of samples into stretches of speech."""
@@ -94,7 +81,6 @@ class Segmenter:
         self,
         early: float | None = None,
         longest: float = MAX_SEGMENT_SECONDS,
-        voices: VoiceFlags | None = None,
         before: int = CONTEXT_SAMPLES,
     ) -> None:
         """Start a stream.
@@ -103,13 +89,12 @@ class Segmenter:
             early: segments that have paused for this time are yielded before they are over, s,
                 and `Ongoing` meanwhile; None yields whole ones only.
             longest: longer segments are split, s.
-            voices: detects voices; None is WebRTC's detector.
             before: samples before a segment that are kept with it.
         """
         self._before = before
         self._least_kept = max(MIN_KEPT_SAMPLES, before + ONSET_SAMPLES)
         self._longest = int(longest * SAMPLE_RATE)
-        self._is_voice = voices or webrtc_detector()
+        self._detector = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)
         self._loudness = LevelMeter()
         self._background = Background()
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
@@ -130,32 +115,13 @@ class Segmenter:
             Segments whose end is known, and after each once that nothing followed.
         """
         self._kept = np.concatenate([self._kept, block])
-        for frame, level in self._frames(self._unread()):
+        unread = self._unread()
+        whole = unread[: len(unread) // FRAME * FRAME]
+        levels = self._loudness.measure(whole)
+        for frame, level in zip(whole.reshape(-1, FRAME), levels, strict=True):
             self._heard += FRAME
-            yield from self._take_frame(frame, level)
+            yield from self._take_frame(frame.tobytes(), level)
         self._forget()
-
-    def warm_up(self, at: int, before: Samples) -> None:
-        """Begin within a stream, in silence, as if all before had been fed.
-
-        Args:
-            at: position in the stream, samples, a multiple of a frame.
-            before: the last `WARM_UP_FRAMES` frames before it.
-        """
-        for frame, level in self._frames(before):
-            voice = self._is_voice(frame)
-            self._note(voice, level, self._background.follow(level, voice))
-        self._kept, self._kept_from, self._heard = before, at - len(before), at
-        self._forget()
-
-    def resting_state(self) -> bytes | None:
-        """Return everything that later segments depend on; None in or just after a segment."""
-        since = self._heard - max(self._last_end, self._command_until)
-        if self._open or not self._quiet_reported or since < TALK_WINDOW:
-            return None
-        stood = bytes([*self._stood, self._standing])
-        followed = self._loudness.state() + self._background.state()
-        return stood + followed + self._kept[-self._least_kept :].tobytes()
 
     def finish(self) -> Iterator[SegmenterEvent]:
         """End the stream; yields the open segment, if any, and the quiet after it."""
@@ -187,13 +153,8 @@ class Segmenter:
     def _unread(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _frames(self, sound: Samples) -> Iterator[tuple[bytes, BandLevels]]:
-        whole = sound[: len(sound) // FRAME * FRAME]
-        frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
-        return zip(frames, self._loudness.measure(whole), strict=True)
-
     def _take_frame(self, frame: bytes, level: BandLevels) -> Iterator[SegmenterEvent]:
-        voice = self._is_voice(frame)
+        voice = self._detector.is_speech(frame)
         background = self._background.follow(level, voice)
         if self._open is None:
             yield from self._begin(voice, level, background)
@@ -206,19 +167,15 @@ class Segmenter:
     def _begin(
         self, voice: bool, level: BandLevels, background: BandLevels
     ) -> Iterator[SegmenterEvent]:
-        self._note(voice, level, background)
+        low, high = (lv > room + BEGIN_ABOVE for lv, room in zip(level, background, strict=True))
+        self._stood.append(low or high)
+        self._standing = self._standing + 1 if voice and low else 0
         if self._standing >= BEGIN_FRAMES:
             self._start_above(background, len(self._stood) - self._stood.index(True))
             return
         since = self._heard - self._last_end
         if since > QUIET_AFTER_ONSET or (since > QUIET_AFTER and not self._standing):
             yield from self._report_quiet()
-
-    def _note(self, voice: bool, level: BandLevels, background: BandLevels) -> None:
-        """Note whether a frame stands out, in either band and in both."""
-        low, high = (lv > room + BEGIN_ABOVE for lv, room in zip(level, background, strict=True))
-        self._stood.append(low or high)
-        self._standing = self._standing + 1 if voice and low else 0
 
     def _start_above(self, background: BandLevels, frames: int) -> None:
         """Begin a segment `frames` ago."""

@@ -44,28 +44,18 @@ UNKNOWN_WAV_LENGTH = 0x7FFFF000
 """A program that writes a WAV to a pipe promises at least this many bytes."""
 
 
-def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
+def read_blocks(path: Path) -> Iterator[Samples]:
     """Read a recording of any format, rate and channels in blocks of up to a second, 16 kHz.
-
-    Args:
-        path: of the recording.
-        start: samples at 16 kHz to skip.
 
     Raises:
         AudioError: it cannot be read, is empty, cut short, or holds samples that are no numbers.
     """
     with _open(path) as file:
-        read = start
-        for block in _read_from(path, file, start):
+        read = 0
+        for block in _read_from(path, file):
             read += len(block)
             yield block
         _check_whole(path, file, read / SAMPLE_RATE)
-
-
-def header_seconds(path: Path) -> float:
-    """The length of a recording by its header; errors are those of `read_blocks`."""
-    with _open(path) as file:
-        return float(file.frames / file.samplerate)
 
 
 def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
@@ -126,17 +116,11 @@ def _is_native(file: soundfile.SoundFile) -> bool:
     return (file.samplerate, file.channels, file.subtype) == (SAMPLE_RATE, 1, "PCM_16")
 
 
-def _read_from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
-    """Read from `start` on; the resampler needs the samples before it, too."""
+def _read_from(path: Path, file: soundfile.SoundFile) -> Iterator[Samples]:
     if _is_native(file):
-        if start:
-            file.seek(start)
         yield from _read_native(file)
-        return
-    for block in map(to_int16, _read_resampled(path, file)):
-        if len(rest := block[start:]):
-            yield rest
-        start = max(0, start - len(block))
+    else:
+        yield from filter(len, map(to_int16, _read_resampled(path, file)))
 
 
 def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:

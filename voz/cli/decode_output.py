@@ -86,6 +86,7 @@ def with_progress(finished: Iterator[Finished], total: int) -> Iterator[Finished
         MofNCompleteColumn,
         Progress,
         TextColumn,
+        TimeElapsedColumn,
         TimeRemainingColumn,
     )
 
@@ -95,6 +96,7 @@ def with_progress(finished: Iterator[Finished], total: int) -> Iterator[Finished
         MofNCompleteColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
+        TimeElapsedColumn(),  # moves while one long recording is decoded
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=total, rate="")

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from voz.audio import Samples
 from voz.audio.segment import Segment, belong_together, feed_all
-from voz.audio.segmenter import Segmenter, VoiceFlags
+from voz.audio.segmenter import Segmenter
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.language_files import LanguageFiles, lock_folder
@@ -195,7 +195,6 @@ def open_stream(
     recognizer: RecognitionEngine,
     source: str,
     spotting: bool = True,
-    voices: VoiceFlags | None = None,
     details: Details = NO_DETAILS,
     learns: bool = True,
 ) -> Stream:
@@ -205,12 +204,11 @@ def open_stream(
         recognizer: what follows it.
         source: its name, for utterances.
         spotting: whether to report a possible `stop` before the sound around it pauses.
-        voices: returns in which frames there may be a voice, if that is known already.
         details: what utterances have besides.
         learns: whether a recognizer that is learning learns from it.
     """
     interpreter, early = recognizer._interpreter, recognizer._early
-    return Stream(interpreter, source, early, spotting, voices, details, learns)
+    return Stream(interpreter, source, early, spotting, details, learns)
 
 
 def confidence_model(recognizer: RecognitionEngine) -> Model:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.levels import FRAME
 from voz.audio.segment import Ongoing, Quiet, Segment, SegmenterEvent, belong_together
-from voz.audio.segmenter import Segmenter, VoiceFlags
+from voz.audio.segmenter import Segmenter
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import SCORE, Context, probability
 from voz.recognition.decision import Decision
@@ -34,7 +34,6 @@ class Stream:
         source: str,
         early: float,
         spotting: bool,
-        voices: VoiceFlags | None = None,
         details: Details = NO_DETAILS,
         learns: bool = True,
     ) -> None:
@@ -43,7 +42,7 @@ class Stream:
         self._spotting = spotting
         self._source = source
         self._details = details
-        self._segmenter = Segmenter(early, interpreter.longest, voices, interpreter.samples_before)
+        self._segmenter = Segmenter(early, interpreter.longest, interpreter.samples_before)
         self._paused: Decision | None = None  # of the segment under way, up to its last pause
         self._waiting: Decision | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
@@ -64,14 +63,6 @@ class Stream:
         """Take the next samples, 16 kHz; yields the events that they decide."""
         for sound in self._segmenter.feed(block):
             yield from self._take(sound)
-
-    def warm_up(self, at: int, before: Samples) -> None:
-        """Begin in the midst of a stream where nothing is said; see `Segmenter.warm_up`."""
-        self._segmenter.warm_up(at, before)
-
-    def resting_state(self) -> bytes | None:
-        """All state that what follows depends on; None while or just after something is said."""
-        return self._segmenter.resting_state() if self._waiting is None else None
 
     def finish(self) -> Iterator[Utterance | Partial]:
         """End the stream; yields what was still open."""

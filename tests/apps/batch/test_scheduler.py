@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 
 from voz.apps.batch.outcomes import Outcome, SilentRow
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.worker import BatchTask, DecodeTask, TaskResult
 from voz.process.worker_pool import WorkerDied
 
-Given = tuple[Future[TaskResult], DecodeTask]
+Given = tuple[Future[tuple[Outcome, ...]], Sequence[str]]
 
 
 class Blaming:
@@ -28,21 +27,20 @@ class Blaming:
         self.size = size
         self.given: SimpleQueue[Given | None] = SimpleQueue()
 
-    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
-        assert isinstance(task, DecodeTask)
-        future: Future[TaskResult] = Future()
-        self.given.put((future, task))
+    def submit(self, names: Sequence[str], limit: float | None) -> Future[tuple[Outcome, ...]]:
+        future: Future[tuple[Outcome, ...]] = Future()
+        self.given.put((future, names))
         return future
 
     def work(self) -> None:
         while (first := self.given.get()) is not None:
             under_way = [first, *self._others()]
-            fatal = any("poison" in name for _, task in under_way for name in task.names)
-            for future, task in under_way:
+            fatal = any("poison" in name for _, names in under_way for name in names)
+            for future, names in under_way:
                 if fatal:
                     future.set_exception(WorkerDied("by poison"))
                 else:
-                    future.set_result(tuple(Outcome((SilentRow(n, 1.0),)) for n in task.names))
+                    future.set_result(tuple(Outcome((SilentRow(n, 1.0),)) for n in names))
 
     def _others(self) -> Iterator[Given]:
         while True:

@@ -10,7 +10,7 @@ from voz.apps.batch import worker
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import Outcome
 from voz.apps.batch.stamps import check_stamps
-from voz.apps.batch.worker import DecodeTask, WorkerSetup, work
+from voz.apps.batch.worker import WorkerSetup, work
 from voz.language.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
@@ -32,6 +32,6 @@ def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
 
     monkeypatch.setattr(worker, "decode_recording", meanwhile)
     setup = WorkerSetup(str(PACKAGED_FOLDER), Recognition(use_network=False))
-    (outcome,) = work(setup, DecodeTask((str(path),)))  # type: ignore[misc]
+    (outcome,) = work(setup, [str(path)])
     looked = list(check_stamps([str(path)], [(0, outcome.stamp)]))
     assert [each.changed for each in looked] == ([True] if changes else [])

@@ -11,14 +11,18 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from voz.api.load import open_language
-from voz.apps.batch.executors import Executor, InlineExecutor, dask_executor, process_executor
+from voz.apps.batch.executors import (
+    Executor,
+    InlineExecutor,
+    ProcessExecutor,
+    dask_executor,
+    process_executor,
+)
 from voz.apps.batch.fingerprint import header_for
 from voz.apps.batch.inputs import find_inputs
-from voz.apps.batch.locations import is_remote
-from voz.apps.batch.long_recordings import is_long
 from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow, utterance_of
 from voz.apps.batch.output import in_input_order
-from voz.apps.batch.scheduler import Finished, Scheduler
+from voz.apps.batch.scheduler import Finished, Scheduler, size_of
 from voz.apps.batch.worker import WorkerSetup
 from voz.events import Utterance
 from voz.process.worker_pool import cores
@@ -28,7 +32,7 @@ from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
 
 MOST_INLINE_RECORDINGS = 2
-"""So few are decoded before another process has started."""
+"""So few short ones are decoded before another process has started."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +68,9 @@ class BatchDecoder:
 
 
 def _is_little(names: Sequence[str]) -> bool:
-    here = [name for name in names[: MOST_INLINE_RECORDINGS + 1] if not is_remote(name)]
-    return len(names) <= MOST_INLINE_RECORDINGS and not any(is_long(Path(name)) for name in here)
+    """Whether other processes would not be quicker: a recording is decoded by one alone."""
+    is_one_task = sum(map(size_of, names)) <= ProcessExecutor.batch_bytes
+    return len(names) == 1 or (len(names) <= MOST_INLINE_RECORDINGS and is_one_task)
 
 
 Recordings = str | PathLike[str] | Iterable[str | PathLike[str]]
@@ -107,7 +112,7 @@ def decode_many(
         commands: as for `load`.
         settings: as for `load`.
         profile: as for `load`.
-        jobs: processes; None for one on each core, and for one or two short recordings none.
+        jobs: processes; None for one on each core, and for one, or two short ones, none.
         words: as for `Recognizer.decode`.
         best: as for `Recognizer.decode`.
 

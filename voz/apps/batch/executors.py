@@ -1,4 +1,4 @@
-"""Executes tasks: in this process, in worker processes, or on a running cluster of dask.
+"""Decodes: in this process, in worker processes, or on a running cluster of dask.
 
 Dask's scheduler gives a task whose worker died to another one, and gives it up after some deaths
 (`distributed.scheduler.allowed-failures`, 3). Workers may come and go.
@@ -8,23 +8,27 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, InvalidStateError, TimeoutError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from threading import Event, Thread
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeAlias
 
 from msgspec.structs import replace
 
-from voz.apps.batch.worker import BatchTask, TaskResult, WorkerSetup, work
+from voz.apps.batch.outcomes import Outcome
+from voz.apps.batch.worker import WorkerSetup, work
 from voz.errors import ConfigError, VozError
 from voz.extras import require
 from voz.process.worker_pool import WorkerDied, WorkerPool, worker_pool
 
+Outcomes: TypeAlias = tuple[Outcome, ...]
+"""Of the recordings of a task, in their order."""
+
 
 class Executor(Protocol):
-    """Executes tasks."""
+    """Decodes some recordings after the other: a task."""
 
     @property
     def size(self) -> int:
@@ -34,8 +38,8 @@ class Executor(Protocol):
     def batch_bytes(self) -> int:
         """How much sound is handed out in one task, bytes."""
 
-    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
-        """Begin a task; a worker that takes longer than the limit, s, is ended.
+    def submit(self, names: Sequence[str], limit: float | None) -> Future[Outcomes]:
+        """Begin to decode recordings; a worker that takes longer than the limit, s, is ended.
 
         The future raises WorkerDied, TimeoutError, or VozError if the worker has no models.
         """
@@ -51,10 +55,10 @@ class InlineExecutor:
         # A memory limit would stay for this process, and for all that it starts.
         self._setup = replace(setup, memory=None)
 
-    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
+    def submit(self, names: Sequence[str], limit: float | None) -> Future[Outcomes]:
         """Do a task."""
-        future: Future[TaskResult] = Future()
-        future.set_result(work(self._setup, task))
+        future: Future[Outcomes] = Future()
+        future.set_result(work(self._setup, names))
         return future
 
 
@@ -69,9 +73,9 @@ class ProcessExecutor:
     batch_bytes: ClassVar[int] = 2_000_000
     """A minute of sound, half a second of work."""
 
-    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
+    def submit(self, names: Sequence[str], limit: float | None) -> Future[Outcomes]:
         """Begin a task; see `Executor`."""
-        return self.pool.schedule(work, args=(self.setup, task), timeout=limit)
+        return self.pool.schedule(work, args=(self.setup, names), timeout=limit)
 
 
 @contextmanager
@@ -99,7 +103,7 @@ class RunningTask:
     """A task on the cluster; `dask_future` is dask's future of it."""
 
     dask_future: Any
-    future: Future[TaskResult]
+    future: Future[Outcomes]
     deadline: float
 
 
@@ -130,10 +134,10 @@ class DaskExecutor:
             self._count = max(1, len(_workers(self._client)))
         return self._count
 
-    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
+    def submit(self, names: Sequence[str], limit: float | None) -> Future[Outcomes]:
         """Begin a task; a worker that exceeds the limit, s, is restarted."""
-        future: Future[TaskResult] = Future()
-        dask_future = self._client.submit(work, self._setup, task, pure=False)
+        future: Future[Outcomes] = Future()
+        dask_future = self._client.submit(work, self._setup, names, pure=False)
         if limit:
             deadline = time.monotonic() + limit * QUEUE_FACTOR
             self._limited[dask_future.key] = RunningTask(dask_future, future, deadline)
@@ -226,7 +230,7 @@ def _workers(client: Any) -> dict[str, Any]:
     return found
 
 
-def _pass_on(dask_future: Any, future: Future[TaskResult]) -> None:
+def _pass_on(dask_future: Any, future: Future[Outcomes]) -> None:
     """Copy the outcome of dask's future to ours, unless that was given up."""
     from distributed import KilledWorker
 

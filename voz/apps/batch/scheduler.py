@@ -5,25 +5,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, TimeoutError
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 from typing import NamedTuple
 
 from voz.apps.batch.executors import Executor
 from voz.apps.batch.locations import is_remote, shown_name
-from voz.apps.batch.long_recordings import (
-    CutPlan,
-    DecodedPart,
-    first_mismatch,
-    outcome_of_parts,
-    parts_of,
-    without_cut,
-)
 from voz.apps.batch.outcomes import Outcome, failed_outcome
 from voz.apps.batch.stamps import stamp_of
-from voz.apps.batch.worker import BatchTask, CutTask, DecodeTask, PartTask, TaskResult
-from voz.errors import AudioError
 from voz.process.worker_pool import WorkerDied
 
 MOST_FILES_PER_TASK = 1000
@@ -51,19 +41,10 @@ class Finished(NamedTuple):
 
 @dataclass(frozen=True)
 class ScheduledTask:
-    """A task that somebody does."""
+    """Recordings that a worker decodes, by their indexes."""
 
-    task: BatchTask
-    numbers: tuple[int, ...]  # the indexes of its recordings
+    numbers: tuple[int, ...]
     again: bool = False  # whether a worker died of it already
-
-
-@dataclass
-class CutRecording:
-    """A long recording whose parts are under way."""
-
-    plan: CutPlan
-    done: dict[int, DecodedPart] = field(default_factory=dict)  # by the start of the part
 
 
 class Scheduler:
@@ -82,23 +63,20 @@ class Scheduler:
             executor: who decodes.
             names: of all recordings.
             numbers: the indexes of those to be decoded.
-            limit: for a recording or a part of it, s; None for its length and a minute.
+            limit: for a recording, s; None for its length and a minute.
         """
         self._executor, self._names, self._limit = executor, names, limit
         self._left = deque(numbers)
         self._first: deque[ScheduledTask] = deque()  # before all others
         self._alone: deque[ScheduledTask] = deque()  # with nothing else running
-        self._cut: dict[int, CutRecording] = {}
-        self._ended: SimpleQueue[tuple[ScheduledTask, Future[TaskResult]]] = SimpleQueue()
+        self._ended: SimpleQueue[tuple[ScheduledTask, Future[tuple[Outcome, ...]]]] = SimpleQueue()
 
     def run(self) -> Iterator[Finished]:
         """Decode; yields the outcomes as they come."""
         under_way = 0
         while True:
-            while under_way < QUEUED_PER_WORKER * self._executor.size and (
-                scheduled := self._next()
-            ):
-                self._submit(scheduled)
+            while under_way < QUEUED_PER_WORKER * self._executor.size and (task := self._next()):
+                self._submit(task)
                 under_way += 1
             if not under_way:
                 if not self._alone:
@@ -106,12 +84,12 @@ class Scheduler:
                 # Else other tasks would be blamed for the death of their workers, too.
                 self._submit(self._alone.popleft())
                 under_way = 1
-            scheduled, future = self._ended.get()
+            task, future = self._ended.get()
             under_way -= 1
-            yield from self._take(scheduled, future)
+            yield from self._take(task, future)
 
     def _next(self) -> ScheduledTask | None:
-        """The next task: of a long or suspicious recording, or some new ones."""
+        """The next task: a suspicious recording, or some new ones."""
         if self._first:
             return self._first.popleft()
         most = max(
@@ -121,109 +99,46 @@ class Scheduler:
         size = 0
         while self._left and len(numbers) < most and size < self._executor.batch_bytes:
             numbers.append(self._left.popleft())
-            size += _size(self._names[numbers[-1]])
-        return self._files(numbers) if numbers else None
+            size += size_of(self._names[numbers[-1]])
+        return ScheduledTask(tuple(numbers)) if numbers else None
 
-    def _files(
-        self, numbers: Sequence[int], cut: bool = True, again: bool = False
-    ) -> ScheduledTask:
-        names = tuple(self._names[number] for number in numbers)
-        return ScheduledTask(
-            DecodeTask(names, cut and self._executor.size > 1), tuple(numbers), again
-        )
+    def _submit(self, task: ScheduledTask) -> None:
+        names = [self._names[number] for number in task.numbers]
+        future = self._executor.submit(names, self._limit_for(names))
+        future.add_done_callback(lambda done: self._ended.put((task, done)))
 
-    def _submit(self, scheduled: ScheduledTask) -> None:
-        future = self._executor.submit(scheduled.task, self._limit_for(scheduled))
-        future.add_done_callback(lambda done: self._ended.put((scheduled, done)))
-
-    def _limit_for(self, scheduled: ScheduledTask) -> float:
+    def _limit_for(self, names: Sequence[str]) -> float:
         if self._limit is not None:
             return self._limit
-        names = [self._names[number] for number in scheduled.numbers]
-        return 60.0 + sum(_size(name) for name in names) / LEAST_BYTES_PER_SECOND
+        return 60.0 + sum(map(size_of, names)) / LEAST_BYTES_PER_SECOND
 
-    def _take(self, scheduled: ScheduledTask, future: Future[TaskResult]) -> Iterator[Finished]:
+    def _take(self, task: ScheduledTask, future: Future[tuple[Outcome, ...]]) -> Iterator[Finished]:
         """Handle a task that has ended, one way or the other."""
         try:
-            result = future.result()
+            outcomes = future.result()
         except TimeoutError:
-            yield from self._suspect(scheduled, "takes too long; raise --time-limit", again=False)
+            yield from self._suspect(task, "takes too long; raise --time-limit", again=False)
         except WorkerDied as death:
             said = f"made its worker end twice ({death}); leave it out, or raise --memory-limit"
-            yield from self._suspect(scheduled, said, again=not scheduled.again)
-        except AudioError as error:
-            yield from self._failed(scheduled, str(error))
+            yield from self._suspect(task, said, again=not task.again)
         else:
-            if isinstance(result, tuple):
-                yield from self._heard(scheduled, result)
-            elif isinstance(result, DecodedPart):
-                yield from self._part_done(scheduled, result)
-            else:
-                self._begin_parts(scheduled.numbers[0], result)
+            yield from map(Finished, task.numbers, outcomes)
 
-    def _heard(
-        self, scheduled: ScheduledTask, outcomes: Sequence[Outcome | None]
-    ) -> Iterator[Finished]:
-        for number, outcome in zip(scheduled.numbers, outcomes, strict=True):
-            if outcome is None:
-                self._first.append(ScheduledTask(CutTask(self._names[number]), (number,)))
-            else:
-                yield Finished(number, outcome)
-
-    def _suspect(self, scheduled: ScheduledTask, said: str, again: bool) -> Iterator[Finished]:
+    def _suspect(self, task: ScheduledTask, said: str, again: bool) -> Iterator[Finished]:
         """Retry what a worker died of: each recording alone, then with nothing else running."""
-        if len(scheduled.numbers) > 1:
-            self._first.extend(self._files([number]) for number in scheduled.numbers)
+        if len(task.numbers) > 1:
+            self._first.extend(ScheduledTask((number,)) for number in task.numbers)
         elif again:
-            self._alone.append(ScheduledTask(scheduled.task, scheduled.numbers, again=True))
+            self._alone.append(ScheduledTask(task.numbers, again=True))
         else:
-            number = scheduled.numbers[0]
-            yield from self._failed(scheduled, f"{shown_name(self._names[number])}: {said}")
-
-    def _failed(self, scheduled: ScheduledTask, error: str) -> Iterator[Finished]:
-        """Give a recording up; other parts of it may still be running."""
-        for number in scheduled.numbers:
-            if isinstance(scheduled.task, PartTask) and self._cut.pop(number, None) is None:
-                continue
-            self._first = deque(one for one in self._first if one.numbers != (number,))
-            self._alone = deque(one for one in self._alone if one.numbers != (number,))
+            (number,) = task.numbers
             name = self._names[number]
+            error = f"{shown_name(name)}: {said}"
             yield Finished(number, failed_outcome(shown_name(name), error, stamp_of(name)))
 
-    def _begin_parts(self, number: int, plan: CutPlan | None) -> None:
-        if plan is None:
-            self._first.append(self._files([number], cut=False))
-            return
-        self._cut[number] = CutRecording(plan)
-        self._first.extend(self._part(number, index) for index in range(len(plan.cuts) - 1))
 
-    def _part(self, number: int, index: int) -> ScheduledTask:
-        part = parts_of(self._cut[number].plan)[index]
-        return ScheduledTask(PartTask(self._names[number], part), (number,))
-
-    def _part_done(self, scheduled: ScheduledTask, done: DecodedPart) -> Iterator[Finished]:
-        (number,) = scheduled.numbers
-        cut = self._cut.get(number)
-        if cut is None or not isinstance(scheduled.task, PartTask):
-            return
-        cut.done[scheduled.task.part.start] = done
-        starts = cut.plan.cuts[:-1]
-        if len(cut.done) < len(starts):
-            return
-        parts = [cut.done[start] for start in starts]
-        wrong = first_mismatch(parts)
-        if wrong is None:
-            del self._cut[number]
-            yield Finished(
-                number, outcome_of_parts(shown_name(self._names[number]), parts, cut.plan.stamp)
-            )
-        else:
-            cut.plan = without_cut(cut.plan, wrong)
-            del cut.done[starts[wrong]], cut.done[starts[wrong + 1]]
-            self._first.append(self._part(number, wrong))
-
-
-def _size(name: str) -> int:
+def size_of(name: str) -> int:
+    """The size of a recording, bytes; assumed of one at an address, 0 if it is missing."""
     if is_remote(name):
         return REMOTE_SIZE_BYTES
     try:

@@ -1,13 +1,12 @@
-"""The tasks of a worker: the models are loaded once, and a bad recording is only a row."""
+"""The work of a worker: the models are loaded once, and a bad recording is only a row."""
 
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TypeAlias
 
 import msgspec
 from msgspec.structs import replace
@@ -15,14 +14,6 @@ from msgspec.structs import replace
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.fingerprint import check_same
 from voz.apps.batch.locations import LocalRecording, local_recording, shown_name
-from voz.apps.batch.long_recordings import (
-    CutPlan,
-    DecodedPart,
-    RecordingPart,
-    decode_part,
-    is_long,
-    plan_cuts,
-)
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, failed_outcome
 from voz.apps.batch.stamps import stamp_of, with_checksum
 from voz.errors import AudioError, VozError
@@ -56,69 +47,24 @@ class WorkerSetup(msgspec.Struct, frozen=True):
     details: Details = NO_DETAILS  # what rows have besides
 
 
-class DecodeTask(msgspec.Struct, frozen=True):
-    """Recordings to be decoded."""
-
-    names: tuple[str, ...]  # paths and addresses
-    cut: bool = False  # whether long ones come back as None, to be cut
-
-
-class CutTask(msgspec.Struct, frozen=True):
-    """Find where a long recording can be cut."""
-
-    name: str
-
-
-class PartTask(msgspec.Struct, frozen=True):
-    """Decode a part of a long recording."""
-
-    name: str
-    part: RecordingPart
-
-
-BatchTask: TypeAlias = DecodeTask | CutTask | PartTask
-
-TaskResult: TypeAlias = tuple[Outcome | None, ...] | CutPlan | DecodedPart | None
-"""By the task: the outcomes of its files, None for one to be cut; the plan of a cut, None if there
-is none; or the part that was decoded."""
-
-
 BYTES_PER_MEGABYTE = 1_000_000
 
 
-def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
-    """Do a task.
+def work(setup: WorkerSetup, names: Sequence[str]) -> tuple[Outcome, ...]:
+    """Decode recordings, named by their paths and addresses, with any error as the last row.
 
     Raises:
-        AudioError: it is of one recording, which cannot be decoded.
         VozError: the models cannot be loaded, or differ from those of the output.
     """
     recognizer = _loaded(setup)
-    if isinstance(task, DecodeTask):
-        return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
+    return tuple(_decoded(recognizer, name, setup) for name in names)
+
+
+def _decoded(recognizer: RecognitionEngine, name: str, setup: WorkerSetup) -> Outcome:
     # Made before it is read: if it changes meanwhile, the next run finds another stamp.
-    stamp = stamp_of(task.name, setup.base) if isinstance(task, CutTask) else None
-    with (
-        _errors_as_audio_error(task.name, setup.memory),
-        local_recording(task.name, setup.base) as found,
-    ):
-        if isinstance(task, CutTask):
-            stamp = stamp and with_checksum(stamp, found.path)
-            plan = plan_cuts(found.path)
-            return plan and replace(plan, stamp=stamp)
-        done = decode_part(recognizer, found.path, task.part, found.name, setup.details)
-        return replace(done, rows=_named(done.rows, found))
-
-
-def _decoded(
-    recognizer: RecognitionEngine, name: str, cut: bool, setup: WorkerSetup
-) -> Outcome | None:
-    """Decode a recording, with any error as its last row; None if it should be cut."""
     stamp = stamp_of(name, setup.base)
     try:
         with _errors_as_audio_error(name, setup.memory), local_recording(name, setup.base) as found:
-            if cut and not setup.simulation and is_long(found.path):
-                return None
             stamp = stamp and with_checksum(stamp, found.path)
             outcome = _heard(recognizer, found, setup)
             return replace(outcome, rows=_named(outcome.rows, found), stamp=stamp)

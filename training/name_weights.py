@@ -17,9 +17,11 @@ from typing import Annotated, NamedTuple
 from zlib import crc32
 
 import numpy as np
+import torch
 import typer
 from name_examples import LENGTHS, made_up, of_others, of_words, seconds_of
 from speech import Clip, Pool, load_pools
+from torch.nn import functional
 
 from voz.apps.recordings.manifest import read_manifests
 from voz.errors import VozError
@@ -53,9 +55,6 @@ OFTEN = 0.1
 STEPS, BATCH, RATE = 700, 512, 5e-3
 """Steps of the regression, examples of each kind in one, and the first rate of learning, which
 falls to nothing."""
-
-FORGETTING = (0.9, 0.999)
-"""Of the means of the gradient and of its square (Adam, Kingma and Ba 2015, arXiv:1412.6980)."""
 
 SHRINKAGE = 3e-4
 """What the sum of the squares of the weights costs, nats."""
@@ -98,33 +97,25 @@ def examples(evidence: Sequence[NameEvidence]) -> Examples:
 
 def fit(said: Examples, not_said: Examples) -> NameWeights:
     """Fit the regression to examples of both kinds, each of which counts for a half."""
+    torch.set_num_threads(1)  # batches are small: two threads take twice as long
     rng = np.random.default_rng(1)
-    weights = np.zeros(2 + PHONES * said.told.shape[-1], np.float32)
-    mean, square = np.zeros((2, *weights.shape), np.float32)
-    was_said = np.repeat([1, 0], BATCH)
-    for step in range(1, STEPS + 1):
+    line = torch.zeros(2, requires_grad=True)
+    table = torch.zeros(PHONES, said.told.shape[-1], requires_grad=True)
+    optimizer = torch.optim.Adam([line, table], lr=RATE)
+    rate = torch.optim.lr_scheduler.LambdaLR(optimizer, lambda step: 1 - (step + 1) / STEPS)
+    was_said = torch.tensor([1.0, 0.0]).repeat_interleave(BATCH)
+    for _ in range(STEPS):
         kinds = zip(said.some(rng), not_said.some(rng), strict=True)
-        batch = Examples(*(np.concatenate(both) for both in kinds))
-        gradient = _gradient(weights, batch, was_said)
-        mean += (1 - FORGETTING[0]) * (gradient - mean)
-        square += (1 - FORGETTING[1]) * (gradient**2 - square)
-        first, second = (m / (1 - f**step) for m, f in zip((mean, square), FORGETTING, strict=True))
-        weights -= RATE * (1 - step / STEPS) * first / (np.sqrt(second) + 1e-8)
-    table = weights[2:].reshape(PHONES, -1)
-    heard, lengths = np.split(table, [PHONES + 1], axis=1)
-    return NameWeights(*map(float, weights[:2]), heard, lengths, np.zeros(PHONES))
-
-
-def _gradient(weights: Floats, batch: Examples, was_said: Places) -> Floats:
-    """The gradient of the mean loss of a batch, and of what large weights cost."""
-    table = weights[2:].reshape(PHONES, -1)
-    log_odds = weights[0] + weights[1] * batch.fits + batch.others
-    log_odds += np.einsum("epk,epk->e", table[batch.phones], batch.told)
-    error = (1 / (1 + np.exp(-log_odds)) - was_said) / BATCH
-    one_hot = np.eye(PHONES, dtype=np.float32)[batch.phones].reshape(-1, PHONES)
-    told = (error[:, np.newaxis, np.newaxis] * batch.told).reshape(len(one_hot), -1)
-    of_table = one_hot.T @ told + 2 * SHRINKAGE * table
-    return np.concatenate([[error.sum(), error @ batch.fits], of_table.ravel()]).astype(np.float32)
+        fits, others, phones, told = (torch.from_numpy(np.concatenate(both)) for both in kinds)
+        log_odds = line[0] + line[1] * fits + others
+        log_odds = log_odds + (functional.embedding(phones, table) * told).sum((1, 2))
+        missed = functional.binary_cross_entropy_with_logits(log_odds, was_said, reduction="sum")
+        optimizer.zero_grad()
+        (missed / BATCH + SHRINKAGE * table.square().sum()).backward()
+        optimizer.step()
+        rate.step()
+    heard, lengths = np.split(table.detach().numpy(), [PHONES + 1], axis=1)
+    return NameWeights(*line.tolist(), heard, lengths, np.zeros(PHONES))
 
 
 def with_threshold(

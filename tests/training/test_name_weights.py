@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
 from recordings import FIXTURES, ROOT, Recording
-from training_programs import load_training
+from training_programs import in_training, load_training
 
 from voz.recognition.name import LENGTH_LIMITS, NameEvidence, read_weights
 
-PROGRAM = (sys.executable, ROOT / "training" / "name_weights.py")
+pytestmark = pytest.mark.slow
+
+PROGRAM = ROOT / "training" / "name_weights.py"
 
 PHONES = 39
 
@@ -43,15 +44,10 @@ def talk_by(folder: Path, *speakers: str) -> Path:
     return manifest
 
 
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [*map(str, PROGRAM), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300)
-
-
 def test_a_few_recordings_give_weights_that_voz_reads(tmp_path: Path, words: Path) -> None:
     out = tmp_path / "weights.npz"
     talk = talk_by(tmp_path, AS_USED, AS_CHECK)
-    done = run("--speech", words, "--names", 20, "--out", out, talk)
+    done = in_training(PROGRAM, "--speech", words, "--names", 20, "--out", out, talk)
     assert done.returncode == 0, done.stderr
     assert "words in noise are missed" in done.stdout
     found, usual = read_weights(out), read_weights()
@@ -62,7 +58,7 @@ def test_a_few_recordings_give_weights_that_voz_reads(tmp_path: Path, words: Pat
 
 
 def test_speakers_who_are_scored_by_teach_nothing(tmp_path: Path, words: Path) -> None:
-    done = run("--speech", words, talk_by(tmp_path, "speaker-4", "speaker-5"))
+    done = in_training(PROGRAM, "--speech", words, talk_by(tmp_path, "speaker-4", "speaker-5"))
     assert done.returncode == 2
     assert "too few speakers of talk" in done.stderr
 
@@ -70,7 +66,7 @@ def test_speakers_who_are_scored_by_teach_nothing(tmp_path: Path, words: Path) -
 def test_what_cannot_be_read_is_a_message(tmp_path: Path, words: Path) -> None:
     talk = talk_by(tmp_path, AS_USED)
     for arguments in (("--speech", tmp_path / "nowhere", talk), ("--speech", words, tmp_path)):
-        done = run(*arguments)
+        done = in_training(PROGRAM, *arguments)
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
 
@@ -83,21 +79,32 @@ def made_up(fit: float, mistaken: bool, rng: np.random.Generator) -> NameEvidenc
     return NameEvidence(fit, 0.0, 0, 9, phones, heard, rng.integers(len(LENGTH_LIMITS) + 1, size=3))
 
 
-def test_a_phone_that_is_often_mistaken_counts_little_against_a_name(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.syspath_prepend(ROOT / "training")
-    program = load_training("name_weights")
+FIT = f"""
+import pickle, sys
+from pathlib import Path
+sys.path.insert(0, {str(PROGRAM.parent)!r})
+from name_weights import examples, fit, with_threshold, with_typical
+file = Path(sys.argv[1])
+said, other, rooms = pickle.loads(file.read_bytes())
+weights = fit(examples(said), examples(other))
+moved = with_threshold(weights, rooms, 4.0)
+file.write_bytes(pickle.dumps([weights, moved, with_typical(moved, said).typical]))
+"""
+
+
+def test_a_phone_that_is_often_mistaken_counts_little_against_a_name(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     said = [made_up(-6.0 * (number % 2), number % 2 == 1, rng) for number in range(400)]
     other = [made_up(-6.0, False, rng) for _ in range(400)]
-    weights = program.fit(program.examples(said), program.examples(other))
+    nearest = [*other[:100], *said[:4]]
+    file = tmp_path / "evidence"
+    file.write_bytes(pickle.dumps([said, other, [nearest, other[:9]]]))
+    done = in_training("-c", FIT, file)
+    assert done.returncode == 0, done.stderr
+    weights, moved, typical = pickle.loads(file.read_bytes())
     mistaken = made_up(-6.0, True, rng)
     assert mistaken.log_odds(weights) > 0 > other[0].log_odds(weights)
-    nearest = [*other[:100], *said[:4]]
-    moved = program.with_threshold(weights, [nearest, other[:9]], 4.0)
     assert sum(one.log_odds(moved) > 0 for one in nearest) == 4
-    typical = program.with_typical(moved, said).typical
     mean = np.mean([one.log_odds(moved) for one in said]) - moved.constant
     assert typical[6] == pytest.approx(mean / 3)
 

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import csv
-import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from recordings import ROOT, Recording
+from training_programs import in_training
 
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, PhonemeNetwork, read_network
 
 pytestmark = pytest.mark.slow
-
-PYTHON = ROOT / ".venv-training" / "bin" / "python"
-"""tools/install.sh makes it."""
 
 TEACH = ROOT / "training" / "teach.py"
 
@@ -62,12 +58,6 @@ def speech(tmp_path: Path, recordings: list[Recording]) -> Path:
                 seconds = len(r.samples()) / 16000
                 table.writerow((r.path, r.text, speakers[r.voice], f"{seconds:.2f}"))
     return folder
-
-
-def in_training(*arguments: object) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [PYTHON, *map(str, arguments)]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=500)
 
 
 def test_twenty_steps_lower_the_loss_and_numpy_computes_what_was_written(

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from recordings import FIXTURES, GO_BACK
 
+from voz.cli.options import CommonOptions
+
 
 @pytest.fixture
 def here(tmp_path: Path, voz: Any, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -89,3 +91,13 @@ def test_no_number_from_outside_its_range_is_an_option(
     complaint = voz(*TYPED, option, value).complaint
     assert complaint.startswith("voz: an option cannot be used: Expected `float` ")
     assert complaint.endswith(f" - at `$.recognition.{setting}`; see --help")
+
+
+def test_an_old_name_is_told_once_however_often_the_settings_are_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text("[recognition]\nsecond_ear = false\n")
+    options = CommonOptions(config=file)
+    assert not any(options.settings().recognition.use_network for _ in range(2))
+    assert capsys.readouterr().err.count("second_ear is called use_network") == 1

@@ -282,8 +282,8 @@ def _batch_decoder(
         setup = replace(setup, simulation=simulation)
         rules = digest_of([simulation.settings.decode(), str(simulation.listening)])
         header = replace(header, drive=rules)
-    careful = options.out is not None
-    return header, BatchDecoder(setup, options.jobs, options.time_limit, careful, options.dask)
+    isolated = options.out is not None
+    return header, BatchDecoder(setup, options.jobs, options.time_limit, isolated, options.dask)
 
 
 def _simulation_options(

@@ -177,7 +177,7 @@ def decode_to_file(
     resume = ResumeOptions(options.resumes, options.retry_failed, options.overwrite, info)
     with _explaining_resume(output):
         decode_to_output(
-            output, header, names, decode, resume, manifest=inputs.manifest, whole=summary.add
+            output, header, names, decode, resume, manifest=inputs.manifest, on_outcome=summary.add
         )
     summary.report(output, inputs)
     return summary.whole.failed > 0

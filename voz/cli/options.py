@@ -70,8 +70,13 @@ class CommonOptions:
         """Read the settings; options given as `others` take their place, as in `overridden`."""
         settings = load_config(self.settings_file) if self.settings_file else Config()
         for line in settings.old_names:
-            warn(line)
+            self._warn_once(line)
         return overridden(settings, {"lm": self.lm, **others})
+
+    @functools.cached_property
+    def _warn_once(self) -> Callable[[str], None]:
+        """Write a warning unless it was written: a run reads its settings again."""
+        return functools.cache(warn)
 
     @functools.cached_property
     def settings_file(self) -> Path | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
@@ -15,7 +16,7 @@ from voz.ros1.control_loop import replies, run_node_session
 from voz.ros1.messages import RecognizerStatus, parse_status
 from voz.ros1.node import Ros1Node, run_node, subscribe
 from voz.ros1.parameters import read_settings
-from voz.run.clocks import WallClock, warner
+from voz.run.clocks import WallClock, warn
 from voz.run.command_check import begins_listening, check_list
 from voz.run.text_commands import TextCommands
 
@@ -85,7 +86,7 @@ def run_control_voz(node: Ros1Node) -> None:
     commands = read_commands(find_language(settings.lm)) if settings.lm else all_commands(table)
     check_list(commands, table, settings.lm or "the table of commands")
     topic = RecognizerTopic(settings.ros1.recognizer_output, commands, inbox, clock.now)
-    with replies(settings.speech, table, warner(inbox, clock)) as speech:
+    with replies(settings.speech, table, partial(warn, inbox, clock)) as speech:
         run_node_session(
             node,
             settings,

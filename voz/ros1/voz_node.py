@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NoReturn
 
 from voz.inbox import Inbox
@@ -9,7 +10,7 @@ from voz.ros1.control_loop import replies, run_node_session
 from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
-from voz.run.clocks import WallClock, warner
+from voz.run.clocks import WallClock, warn
 from voz.run.command_check import begins_listening, check_list
 from voz.run.parts import answer_receiver
 
@@ -21,7 +22,7 @@ def run_voz(node: Ros1Node) -> None:
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
     with (
-        replies(settings.speech, table, warner(inbox, clock)) as speech,
+        replies(settings.speech, table, partial(warn, inbox, clock)) as speech,
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         check_list(hearing.commands, table, "the list of commands")

@@ -215,6 +215,6 @@ class Warn(Protocol):
         """Take a line."""
 
 
-def warner(inbox: Inbox, clock: Clock) -> Warn:
-    """Return a function that puts a line into the inbox as a Notice, on any thread."""
-    return lambda text, good=False: inbox.put(Notice(clock.now(), text, good))
+def warn(inbox: Inbox, clock: Clock, text: str, good: bool = False) -> None:
+    """Put a line into the inbox as a Notice, on any thread."""
+    inbox.put(Notice(clock.now(), text, good))

@@ -21,7 +21,7 @@ from voz.control.table import CommandTable
 from voz.events import Notice, ProgramEnded
 from voz.inbox import Inbox
 from voz.process.signals import defer_signals
-from voz.run.clocks import BEATS_PER_SECOND, Clock
+from voz.run.clocks import BEATS_PER_SECOND, Clock, warn
 from voz.run.dispatcher import Dispatcher
 from voz.run.spec import RunSpec
 
@@ -202,7 +202,7 @@ class Session:
     def warn(self, text: str, good: bool = False) -> None:
         """Take a line for people, and whether it is good news, on any thread."""
         if self.in_real_time:
-            self.inbox.put(Notice(self.clock.now(), text, good))
+            warn(self.inbox, self.clock, text, good)
         else:
             self._problems.append(text)
 

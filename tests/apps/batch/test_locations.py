@@ -134,7 +134,7 @@ def decode(output: str, resume: bool = False) -> list[int]:
         return many.decode(NAMES, numbers)
 
     options = ResumeOptions(resume, False, False, notice=lambda _: None)
-    decode_to_output(output, HEADER, NAMES, some, options, manifest={}, whole=lambda _: None)
+    decode_to_output(output, HEADER, NAMES, some, options, manifest={}, on_outcome=lambda _: None)
     return asked
 
 

@@ -86,12 +86,12 @@ def clip(number: int, kind: str = "command") -> Clip:
 
 def example(
     clip: Clip,
-    values: dict[str, float],
+    features: dict[str, float],
     right: bool,
-    trust: float = 1.0,
+    speech_probability: float = 1.0,
     context: Context = Context.QUIET,
 ) -> Example:
-    return Example(clip, "go back", values, trust, context, right)
+    return Example(clip, "go back", features, speech_probability, context, right)
 
 
 def examples(count: int = 600) -> list[Example]:
@@ -124,7 +124,7 @@ def test_the_share_of_near_misses_among_the_examples_does_not_matter() -> None:
 def test_what_is_no_speech_is_not_fitted_on_and_never_likely() -> None:
     some = examples()
     noise = [
-        example(clip(i, "noise"), {"match": 9.0, "nothing": 0.0}, False, trust=0.0)
+        example(clip(i, "noise"), {"match": 9.0, "nothing": 0.0}, False, speech_probability=0.0)
         for i in range(99)
     ]
     assert fit(some + noise, [], NAMES) == fit(some, [], NAMES)
@@ -231,11 +231,11 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     found = [e for c in collected for e in c.examples]
     assert any(e.right for e in found)
     assert any(not e.right for e in found)
-    assert all(set(e.values) == {*NETWORK_FEATURES} for e in found)
+    assert all(set(e.features) == {*NETWORK_FEATURES} for e in found)
     alone = [e for c in collected for e in c.alone]
     assert any(e.right for e in alone)
     assert any(not e.right for e in alone)
-    assert all(set(e.values) == {*POCKETSPHINX_FEATURES, VOICES_AROUND} for e in alone)
+    assert all(set(e.features) == {*POCKETSPHINX_FEATURES, VOICES_AROUND} for e in alone)
     commands = [clip for c in collected for clip in c.commands]
     assert len(commands) == sum(clip.kind == "command" for clip in clips)
     fitted_on = [describe_set(clips, "audio_fixtures")]

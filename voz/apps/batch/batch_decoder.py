@@ -42,7 +42,7 @@ class BatchDecoder:
     setup: WorkerSetup
     jobs: int | None = None  # processes; None for one on each core
     limit: float | None = None  # for a recording, s; None for its length and a minute
-    careful: bool = False  # whether a recording must not end this process, however few there are
+    isolated: bool = False  # whether a recording must not end this process, however few there are
     cluster: str | None = None  # address of a dask scheduler; None for this machine
 
     def decode(
@@ -62,7 +62,7 @@ class BatchDecoder:
             setup = replace(self.setup, memory=None, base=str(Path.cwd()))
             return dask_executor(self.cluster, setup)
         jobs = self.jobs or cores()
-        if not self.careful and self.limit is None and (jobs == 1 or _is_little(names)):
+        if not self.isolated and self.limit is None and (jobs == 1 or _is_little(names)):
             return nullcontext(InlineExecutor(self.setup))
         return process_executor(self.setup, jobs)
 

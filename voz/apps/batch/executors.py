@@ -118,7 +118,7 @@ class DaskExecutor:
         self._counted, self._count = 0.0, 1
         self._limited: dict[str, RunningTask] = {}
         self._over = Event()
-        self._patience = Thread(target=self._watch, name="voz-patience", daemon=True)
+        self._patience = Thread(target=self._watch, name="voz-timeouts", daemon=True)
         self._patience.start()
 
     def close(self) -> None:

@@ -44,7 +44,7 @@ def decode_to_output(
     options: ResumeOptions,
     *,
     manifest: Mapping[str, ManifestFields],
-    whole: Callable[[Outcome], None],
+    on_outcome: Callable[[Outcome], None],
 ) -> None:
     """Decode recordings into an output; until it is whole the old one stays.
 
@@ -55,7 +55,7 @@ def decode_to_output(
         decode: decodes some of them.
         options: how to go on from an earlier run.
         manifest: what manifests say of recordings, by their names in results.
-        whole: called with all outcomes in order, as they are written.
+        on_outcome: called with all outcomes in order, as they are written.
 
     Raises:
         ConfigError: it cannot be written, or is of another run.
@@ -81,7 +81,7 @@ def decode_to_output(
 
         def rows() -> Iterator[Row]:
             for outcome in journal.outcomes():
-                whole(outcome)
+                on_outcome(outcome)
                 yield from with_manifest(outcome.rows, manifest.get(outcome.rows[0].file, {}))
 
         with _say_that_results_are_kept(), output_file(output) as path:

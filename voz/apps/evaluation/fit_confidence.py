@@ -59,8 +59,8 @@ class Example:
 
     clip: Clip
     text: str  # the command that was heard
-    values: dict[str, float]  # its features
-    trust: float  # in its being speech, 0 to 1
+    features: dict[str, float]
+    speech_probability: float  # how surely the sound is speech, 0 to 1
     context: Context
     right: bool  # whether it is what was said
 
@@ -142,8 +142,8 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
-LARGEST_POWER = 20.0
-"""Of e, by which false alarms at even odds are more than the likeliest ones."""
+MAX_LOG_EXTRAPOLATION = 20.0
+"""Largest logarithm of how many times more alarms are estimated at even odds than were heard."""
 
 DEFAULT_ALARM_RATE_WITHOUT_NETWORK = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
@@ -201,11 +201,11 @@ def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str])
     `COMMAND_SHARE` of all utterances were commands.
     """
     # What is no speech is refused for that, and would only distort the weights.
-    examples = [example for example in examples if example.trust > 0]
+    examples = [example for example in examples if example.speech_probability > 0]
     right = np.array([example.right for example in examples])
     if right.all() or not right.any():
         raise ConfigError("the manifests need both commands that are understood and other speech")
-    x = np.array([[example.values[name] for name in names] for example in examples])
+    x = np.array([[example.features[name] for name in names] for example in examples])
     middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
     share = right.mean()
     weights = np.where(right, COMMAND_SHARE / share, (1 - COMMAND_SHARE) / (1 - share))
@@ -249,7 +249,7 @@ def with_alarms(
         raise ConfigError(TOO_LITTLE_TALK)
     likeliest, tail = false[:LIKELIEST], false[LIKELIEST][0]
     spread = sum(odds - tail for odds, _ in likeliest)
-    if spread <= 0 or LIKELIEST * tail > LARGEST_POWER * spread:
+    if spread <= 0 or LIKELIEST * tail > MAX_LOG_EXTRAPOLATION * spread:
         raise ConfigError(_talk_is_too_sure([example for _, example in likeliest]))
     fall = LIKELIEST / spread
     # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
@@ -358,7 +358,7 @@ def _mean_odds(shares: Sequence[float]) -> float:
 
 
 def _likely(model: Model, example: Example) -> float:
-    sure = example.trust * probability(model, example.values)
+    sure = example.speech_probability * probability(model, example.features)
     return discount_for_context(sure, example.context)
 
 

@@ -27,7 +27,7 @@ from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundSource
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
-from voz.run.clocks import Clock, warner
+from voz.run.clocks import Clock, warn
 from voz.run.dispatcher import Dispatcher
 from voz.run.session import Session, SpeechInput
 
@@ -72,7 +72,7 @@ class LivePage:
         self._clock = clock
         self._commands = commands
         self._picture = picture
-        self._warn = warner(inbox, clock)
+        self._warn = partial(warn, inbox, clock)
         self._microphone = BrowserMicrophone(self._warn) if browser_listens else None
         self._playback = PagePlayback()
         self._events = EventQueue()

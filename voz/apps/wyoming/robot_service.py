@@ -48,7 +48,7 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Event, explain_not_obeyed
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands, Parse
-from voz.run.clocks import Clock, warner
+from voz.run.clocks import Clock, warn
 from voz.run.sources import parsed_utterance
 
 WYOMING_SOURCE = "wyoming"
@@ -212,7 +212,7 @@ class RobotService:
             event_limit_of=rate_limit_per_client(REQUEST_RATE, REQUEST_BURST),
         )  # fmt: skip
         self._announce = announce
-        self._warn = warner(inbox, clock)
+        self._warn = partial(warn, inbox, clock)
 
     def receive(self, event: Event) -> None:
         """Take an event of the run; it never waits."""

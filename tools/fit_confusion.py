@@ -30,7 +30,7 @@ from voz.errors import VozError
 from voz.language.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.language.spoken_language import ENGLISH_MODEL
-from voz.recognition.pocketsphinx.decoder import mean_start
+from voz.recognition.pocketsphinx.decoder import mean_start, nats
 from voz.recognition.pocketsphinx.evidence import (
     SILENCE,
     SILENCE_WEIGHT,
@@ -257,11 +257,6 @@ def write(path: Path, table: Table, lengths: Sequence[Sequence[int]], header: st
         for phone, each, row in zip(PHONES, lengths, table, strict=True):
             figures = [float(np.mean(each)) if each else usual, *row]
             file.write("\t".join([phone, *(f"{figure:.1f}" for figure in figures)]) + "\n")
-
-
-def nats(score: float) -> float:
-    """Read a score of pocketsphinx, which is shifted right by 10 bits, as a log-likelihood."""
-    return math.log(score) * 1024
 
 
 def main(

@@ -117,11 +117,13 @@ def process(decoder: Any, samples: Samples, start: str) -> None:
     decoder.end_utt()
 
 
+def nats(score: float) -> float:
+    """A score that pocketsphinx's Python gives as e to the 1/1024 of a log-likelihood (`hmm.h`)."""
+    return 1024 * math.log(score)
+
+
 LEAST_PROBABILITY = 1e-300
 """What is less likely is not found; pocketsphinx's own limits keep only what is nearly sure."""
-
-SCALE = 1024
-"""pocketsphinx keeps 1/1024 of the logarithm of a probability."""
 
 
 class KeyphraseScorer:
@@ -160,5 +162,5 @@ class KeyphraseScorer:
         self._decoder.start_utt()
         self._decoder.process_raw(samples.tobytes(), full_utt=True)
         self._decoder.end_utt()
-        found = [SCALE * math.log(segment.prob) for segment in self._decoder.seg() or ()]
+        found = [nats(segment.prob) for segment in self._decoder.seg() or ()]
         return max(found, default=math.log(LEAST_PROBABILITY)) / self._phones

@@ -16,7 +16,7 @@ from voz.language.acoustic_model import SILENCE_PHONE
 from voz.language.grammar import FsgArc
 from voz.language.phone_distances import read_distances
 from voz.recognition.language import Language, Shortlist
-from voz.recognition.pocketsphinx.decoder import load_decoder, process
+from voz.recognition.pocketsphinx.decoder import load_decoder, nats, process
 from voz.recognition.thresholds import MIN_COVERAGE, NEVER_MISSED_TOLERANCE
 
 SILENCE = "<sil>"
@@ -77,9 +77,6 @@ def filler_dictionary(phones: Iterable[str]) -> Iterator[Path]:
 
 UNPRUNED = 0.0
 """An infinite beam: long sentences may be 800 nats apart, and a beam of 1e-300 is 690."""
-
-SCORE_UNIT = 1024 * math.log(1.0001)
-"""Nats of an acoustic score: 1.0001-logarithms (`logmath.h`) shifted by 10 bits (`hmm.h`)."""
 
 MAX_RIVALS = 60
 """Most commands that are searched; of more, those that sound like the text."""
@@ -223,12 +220,12 @@ class CommandSearch:
     def _score(self, end: int) -> float | None:
         self._search.set_final_state(end)
         hypothesis = self._decoder.hyp()
-        return _nats(hypothesis.score) if hypothesis else None
+        return nats(hypothesis.score) if hypothesis else None
 
     def _path(self, end: int) -> Alignment:
         score = self._score(end)
         spans = (
-            Span(s.word, s.start_frame, s.end_frame, _nats(s.ascore))
+            Span(s.word, s.start_frame, s.end_frame, nats(s.ascore))
             for s in self._decoder.seg() or ()
             if s.word not in (SILENCE, "(NULL)")
         )
@@ -243,11 +240,6 @@ def covered(command: Alignment, phones: Alignment) -> int:
 def overlap(one: Span, other: Span) -> int:
     """The frames that two spans share."""
     return max(0, min(one.end, other.end) - max(one.start, other.start) + 1)
-
-
-def _nats(score: float) -> float:
-    """Undo `logmath.exp`, by which pocketsphinx's Python returns scores."""
-    return math.log(score) / math.log(1.0001) * SCORE_UNIT
 
 
 IGNORED_FRAMES_AFTER = 5

@@ -42,6 +42,43 @@ def test_an_old_name_still_works_and_says_what_it_is_called(
     assert both.recognition.use_network
 
 
+def test_the_home_folder_is_known_in_all_paths(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", "/home/ada")
+    content = """lm = "~/lm"
+    language = { acoustic_model = "~/model", dictionary = "~/es.dic", pronunciations = "~/es.tsv" }
+    recognition = { network = "~/weights.npz", confidence = "~/~own.json" }
+    [commands]
+    ring = { play = "~/bell.wav" }
+    lamp = [{ run = ["~/bin/lamp", "~", "a~/b", "~other/c"] }]
+    [states.menu]
+    ring = { play = "bell" }
+    """
+    config = load_config(write(tmp_path, content))
+    language, recognition = config.language, config.recognition
+    assert (config.lm, recognition.network) == ("/home/ada/lm", "/home/ada/weights.npz")
+    assert recognition.confidence == "/home/ada/~own.json"
+    assert language.acoustic_model == "/home/ada/model"
+    assert (language.dictionary, language.pronunciations) == (
+        "/home/ada/es.dic", "/home/ada/es.tsv"
+    )  # fmt: skip
+    assert config.commands["ring"] == Step(play="/home/ada/bell.wav")
+    run = ("/home/ada/bin/lamp", "/home/ada", "a~/b", "~other/c")
+    assert config.commands["lamp"] == (Step(run=run),)
+    assert config.states["menu"]["ring"] == Step(play="bell")
+
+
+def test_voz_own_commands_are_known_by_any_capitals(tmp_path: Path) -> None:
+    path = write(tmp_path, '[commands]\n"Go  Back" = { drive = -0.2 }\nAdvance = "Go Forward"\n')
+    config = load_config(path)
+    assert config.table.steps("go back") == (Step(drive=-0.2),)
+    assert config.table.steps("Advance") == config.table.steps("go forward") != None  # noqa: E711
+    assert config.places["", "go back"] == f"{path}:2"
+    with pytest.raises(ConfigError, match=r':2: \[commands\] "stop" is redefined'):
+        load_config(write(tmp_path, '[commands]\n"STOP" = { drive = 0.2 }\n'))
+
+
 def test_who_gives_a_robot_a_table_is_told_its_place(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"`my_robot`; .*; \[own\.MODULE\] is for robots of your"):
         load_config(write(tmp_path, "[my_robot]\nport = 3\n"))

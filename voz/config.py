@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import sys
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from voz.control.steps import CommandDefinition, Step
 from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
 from voz.files import MAX_SETTINGS_BYTES, read_text
+from voz.language.sentences.spelling import plain_form
 from voz.records import PublicNames, check_path
 from voz.settings import (
     Recognition,
@@ -90,6 +92,16 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
         return lines
 
 
+PATHS = (
+    ("lm",),
+    ("language", "acoustic_model"),
+    ("language", "dictionary"),
+    ("language", "pronunciations"),
+    ("recognition", "network"),
+    ("recognition", "confidence"),
+)
+"""The settings that are files or folders, besides those of commands."""
+
 OLD_NAMES = {("recognition", "second_ear"): "use_network"}
 """What settings are called that were called otherwise, by their table and old name."""
 
@@ -115,6 +127,60 @@ def never_missing_a_stop(config: Config) -> Config:
     return _from_the_same_file(sure, config)
 
 
+def command_names(config: Config) -> set[str]:
+    """Return all names of commands in settings: of those defined, and of those meant."""
+    definitions = [config.commands, *config.states.values()]
+    meant = [d for own in definitions for d in own.values() if isinstance(d, str)]
+    defined = {name for own in definitions for name in own}
+    return defined.union(meant, config.recognition.never_missed)
+
+
+def with_usual_names(config: Config) -> Config:
+    """Write voz's own commands, and those meant by an alias, as they are defined: in small letters.
+
+    Raises:
+        ConfigError: a command is there twice.
+    """
+    defined = {name for own in (config.commands, *config.states.values()) for name in own}
+    usual = {plain_form(name): name for name in (*sorted(defined), *_builtin())}
+    others = {name: usual.get(plain_form(name)) for name in command_names(config)}
+    return with_names(
+        config,
+        {
+            name: other
+            for name, other in others.items()
+            if other and name != other and (other in _builtin() or name not in defined)
+        },
+    )
+
+
+def with_names(config: Config, names: Mapping[str, str]) -> Config:
+    """Return settings whose commands have other names; ConfigError if two get the same one."""
+
+    def named(definition: CommandDefinition) -> CommandDefinition:
+        return names.get(definition, definition) if isinstance(definition, str) else definition
+
+    def renamed(state: str, commands: Mapping[str, CommandDefinition]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for name, definition in commands.items():
+            if (now := names.get(name, name)) in found:
+                place = config.places.get((state, name), "voz.toml")
+                raise ConfigError(f'{place}: "{name}" is "{now}", which is there twice; remove one')
+            found[now] = named(definition)
+        return found
+
+    never_missed = tuple(names.get(name, name) for name in config.recognition.never_missed)
+    made = replace(
+        config,
+        commands=renamed(DEFAULT_STATE, config.commands),
+        states={state: renamed(state, own) for state, own in config.states.items()},
+        recognition=replace(config.recognition, never_missed=never_missed),
+    )
+    places = {(state, names.get(n, n)): place for (state, n), place in config.places.items()}
+    made.__dict__.update(config.__dict__, _places_in_file=places)
+    return made
+
+
 def load_config(path: Path) -> Config:
     """Read a TOML file with the tables and names of `Config`.
 
@@ -137,6 +203,7 @@ def _read(path: Path) -> Config:
     try:
         settings = tomllib.loads(text)
         old_names = _rename(settings, path)
+        _expand_home(settings, path)
         places = _check_commands(settings, text, path)
         config = msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
@@ -150,7 +217,7 @@ def _read(path: Path) -> Config:
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long", "shorten it") from None
     config.__dict__.update(_places_in_file=places, _old_names=old_names)
-    return config
+    return config if path == DEFAULT_COMMANDS_FILE else with_usual_names(config)
 
 
 def _rename(settings: dict[str, Any], path: Path) -> tuple[str, ...]:
@@ -162,6 +229,38 @@ def _rename(settings: dict[str, Any], path: Path) -> tuple[str, ...]:
             values.setdefault(new, values.pop(old))
             lines.append(f"{path}: [{table}] {old} is called {new}")
     return tuple(lines)
+
+
+def _expand_home(settings: dict[str, Any], path: Path) -> None:
+    """Write `~` in all paths as the home folder, as a shell does."""
+    for *table, name in PATHS:
+        within = settings.get(table[0]) if table else settings
+        if isinstance(within, dict) and isinstance(given := within.get(name), str):
+            within[name] = _expanded(given, path)
+    for step in _steps_of(settings):
+        if isinstance(sound := step.get("play"), str):
+            step["play"] = _expanded(sound, path)
+        if isinstance(program := step.get("run"), list):
+            step["run"] = [_expanded(w, path) if isinstance(w, str) else w for w in program]
+
+
+def _expanded(text: str, path: Path) -> str:
+    if text != "~" and not text.startswith("~/"):
+        return text
+    try:
+        return str(Path(text).expanduser())
+    except RuntimeError:
+        raise ConfigError(f"{path}: {text}: there is no home folder", "write it out") from None
+
+
+def _steps_of(settings: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the steps of all commands that a file defines, as they are in it."""
+    states = settings.get("states")
+    tables = [settings.get("commands"), *(states.values() if isinstance(states, dict) else ())]
+    for commands in tables:
+        for definition in commands.values() if isinstance(commands, dict) else ():
+            steps = definition if isinstance(definition, list) else [definition]
+            yield from (step for step in steps if isinstance(step, dict))
 
 
 def _from_the_same_file(config: Config, other: Config) -> Config:

@@ -94,14 +94,32 @@ def test_what_the_table_has_and_nobody_can_say_is_told(
     assert told in result.err
 
 
-def test_a_command_that_differs_from_the_list_in_its_accents_is_named(
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [("Open Gripper", "Open Gripper"), ("open gripper", " Open  gripper!"), ("go two", "Go 2")],
+)
+def test_names_in_voz_toml_are_read_as_typed_text_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, key: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("list.txt").write_text(f"{line}\nSTOP\n", "utf-8")
+    Path("voz.toml").write_text(f'[commands]\n"{key}" = {{ say = "done" }}\n', "utf-8")
+    assert in_process("build-lm", "list.txt", "--out", "lm").code == 0
+    typed = f"{line}\n-\n"
+    result = in_process("run", "--text", "-", "--no-sound", "--listening", input=typed)
+    assert (result.code, result.err.count("add it")) == (0, 0), result.err
+    assert 'robot says "done"' in result.out
+
+
+def test_a_command_that_is_defined_twice_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("voz.toml").write_text('[commands]\n"stóp speech" = { listen = false }\n', "utf-8")
+    twice = '[commands]\n"go back" = { drive = -0.2 }\n"Go Back" = { drive = -0.1 }\n'
+    Path("voz.toml").write_text(twice)
     result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
-    assert '[commands] has "stóp speech" and the list "stop speech": write both' in result.err
-    assert "no line of the list" not in result.err
+    assert result.code == 2
+    assert 'voz.toml:3: "Go Back" is "go back", which is there twice; remove one' in result.err
 
 
 def test_a_command_that_must_not_be_missed_and_is_in_no_list_is_named(

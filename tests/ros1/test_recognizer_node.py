@@ -152,6 +152,7 @@ def test_of_two_that_start_it_at_once_only_the_last_one_hears(
         heard.pop()
 
     monkeypatch.setattr(recognizer_node, "make_hearing", lambda *_: hearing())
+    monkeypatch.setattr(recognizer_node, "load_recognizer", lambda settings: (settings, None))
     monkeypatch.setattr(recognizer_node, "read_settings", Config)
     hearer = recognizer_node.SwitchedHearing(Inbox({"stop"}), time.monotonic)
     hearer.start()

@@ -8,10 +8,11 @@ from msgspec import convert
 
 from voz.config import Config
 from voz.control.messages import Renewal
+from voz.control.steps import Step
 from voz.errors import ConfigError
 from voz.events import Event, Notice, Twist, Utterance
 from voz.language.sentences.command_set import plain_commands
-from voz.run.command_check import check_renewal, describe_renewal
+from voz.run.command_check import check_renewal, describe_renewal, matched_settings
 
 LIST = plain_commands(["start speech", "stop", "go back", "wave"])
 
@@ -52,6 +53,37 @@ def test_what_only_a_start_can_take_is_refused(
         check_renewal(
             settings(robot=[robot]), settings(commands=new), LIST, plain_commands(sentences)
         )
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("más despacio", "mas despacio"),
+        ("mas despacio", "Más  despacio"),
+        ("open gripper", "Open Gripper"),
+        ("SetTimer", "settimer"),
+    ],
+)
+def test_settings_get_the_names_of_the_list(line: str, name: str) -> None:
+    own = {name: {"say": "hi"}, "alias": name}
+    given = settings(
+        commands=own, states={"menu": {name: "alias", "alias": {"play": "bell"}}},
+        recognition={"never_missed": [name]},
+    )  # fmt: skip
+    found = matched_settings(given, plain_commands(["stop", line]))
+    assert set(found.commands) == {line, "alias"}
+    assert found.table.steps("alias") == found.table.steps(line) == (Step(say="hi"),)
+    assert found.table.steps(line, "menu") == (Step(play="bell"),)
+    assert found.recognition.never_missed == (line,)
+
+
+def test_words_that_differ_in_their_accents_alone_stay_two_commands() -> None:
+    both = plain_commands(["papa", "papá"])
+    given = settings(commands={"PAPÁ": {"say": "father"}, "Papa": {"say": "potato"}})
+    assert set(matched_settings(given, both).commands) == {"papá", "papa"}
+    assert set(matched_settings(settings(commands={"papà": {"say": "?"}}), both).commands) == {
+        "papà"
+    }
 
 
 def said(text: str, now: float) -> Utterance:

@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from voz.api.microphone import MicrophoneUtterances
-from voz.config import Config, default_commands
+from voz.config import Config, default_commands, with_usual_names
 from voz.control.bounded_motion import Place
 from voz.control.controller import ControllerState, Rules, change_rules
 from voz.control.messages import Beat, End, StopMotion, too_late
@@ -27,7 +27,7 @@ from voz.records import check_callable, check_iterable, check_type
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import Clock
-from voz.run.command_check import begins_listening, check_list
+from voz.run.command_check import begins_listening, check_list, matched_settings
 from voz.run.dispatcher import Dispatcher, check_time, is_time
 from voz.run.parts import answer_receiver
 from voz.run.session import Session
@@ -81,7 +81,9 @@ class RobotController(Dispatcher):
         check_type((CommandTable, type(None)), table, "table")
         check_callable(odometry, "odometry")
         check_type(bool, listening, "listening")
-        rules = Rules(table or _table(commands) or default_commands(), safety or Safety())
+        self._own = None if table else _settings(commands)
+        own = self._own.table if self._own else default_commands()
+        rules = Rules(table or own, safety or Safety())
         receivers = [] if isinstance(robot, Robot) else robot
         super().__init__(ControllerState(rules, State(listening=listening)), receivers, odometry)
         self._robot = robot if isinstance(robot, Robot) else None
@@ -195,6 +197,9 @@ class RobotController(Dispatcher):
         heard.close()  # it is opened again after each loss
         recognizer = heard.recognizer
         self.state = change_rules(self.state, name=recognizer.name, ask=recognizer.ask)
+        if self._own:
+            own = matched_settings(self._own, recognizer.commands)
+            self.state = change_rules(self.state, table=own.table)
         table = self.state.rules.table
         check_list(recognizer.commands, table, "the list")
         if not self.listening and not begins_listening(recognizer.commands, table):
@@ -218,13 +223,13 @@ def _check_robot(robot: object) -> None:
         check_callable(receiver, "robot")
 
 
-def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:
-    """What the commands do; None for those of voz alone."""
+def _settings(commands: Mapping[str, Any] | None) -> Config | None:
+    """Settings with what the commands do; None for those of voz alone."""
     if commands is None:
         return None
     check_type(Mapping, commands, "commands")
     try:
-        return msgspec.convert({"commands": dict(commands)}, Config).table
+        return with_usual_names(msgspec.convert({"commands": dict(commands)}, Config))
     except msgspec.ValidationError as error:
         raise ConfigError(f"commands: {error}", "docs/actions.md lists the steps") from error
 

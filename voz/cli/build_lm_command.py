@@ -68,11 +68,12 @@ def build_lm(
     from voz.config import Config, load_config
     from voz.language import build
     from voz.language.command_source import read_list
-    from voz.run.command_check import check_list
+    from voz.run.command_check import check_list, matched_settings
 
     settings = load_config(DEFAULT_SETTINGS_FILE) if DEFAULT_SETTINGS_FILE.is_file() else Config()
     source = read_list(commands, _spoken(settings))
     _check_expected(source, commands.parent)
+    settings = matched_settings(settings, source.commands)
     check_list(source.commands, settings.table, str(commands))
     _show_more(options, source)
     folder = options.out or commands.parent

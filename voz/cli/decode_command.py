@@ -292,9 +292,10 @@ def _simulation_options(
     """Return the rules by which recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
     from voz.language.language_files import list_name, read_commands
-    from voz.run.command_check import begins_listening, check_list
+    from voz.run.command_check import begins_listening, check_list, matched_settings
 
     commands = read_commands(language)
+    settings = matched_settings(settings, commands)
     check_list(commands, settings.table, list_name(language))
     listening = options.listening or not begins_listening(commands, settings.table)
     return simulation_options(folder, settings, listening, options.pictures)

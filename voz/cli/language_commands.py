@@ -32,11 +32,13 @@ def commands(
 
     from voz.apps.card.command_card import card_lines, card_page, command_card
     from voz.files import shown_path
-    from voz.language.language_files import list_sources
+    from voz.language.language_files import list_sources, read_commands
     from voz.language.patterns import read_patterns
+    from voz.run.command_check import matched_settings
 
     settings = options.settings()
     language = options.language(settings)
+    settings = matched_settings(settings, read_commands(language))
     sources = list_sources(language)
     if not sources:
         raise LanguageError(

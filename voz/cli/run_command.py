@@ -64,7 +64,7 @@ def run(options: RunOptions) -> None:
     from voz.language.language_files import list_name, read_commands
     from voz.process.standard_streams import quiet_libraries, unblocked_output
     from voz.robot.factory import need_real_time, robot_names
-    from voz.run.command_check import mismatches
+    from voz.run.command_check import matched_settings, mismatches
     from voz.run.parts import by_items
     from voz.run.robots import CONSOLE, SIMULATOR
     from voz.run.session import Session
@@ -85,6 +85,7 @@ def run(options: RunOptions) -> None:
         _renew_language(settings)
         language = options.language(settings)
         commands = read_commands(language)
+        settings = matched_settings(settings, commands)
         spec = RunSpec(
             settings=settings,
             listening=_listening(options, settings, commands, list_name(language)),

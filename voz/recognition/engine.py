@@ -87,7 +87,8 @@ class RecognitionEngine(PublicNames):
     def _load(self) -> Interpreter:
         with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
             language = with_more_words(load_language(self.files), self._settings)
-            return Interpreter(language, self._settings, self._profile, self._learning)
+            settings = _as_in_list(self._settings, language.commands)
+            return Interpreter(language, settings, self._profile, self._learning)
 
     def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
         """Read the language files again, for the streams that begin from now on.
@@ -170,6 +171,12 @@ class RecognitionEngine(PublicNames):
         _check_stream(source, details)
         blocks = _samples(check_iterable(blocks, "blocks"))
         return feed_all(open_stream(self, source, details=details), blocks)
+
+
+def _as_in_list(settings: Recognition, commands: Commands) -> Recognition:
+    """Write `never_missed` with the capitals, spaces and accents of the list."""
+    names = tuple(commands.find_name(name) or name for name in settings.never_missed)
+    return replace(settings, never_missed=names)
 
 
 def _check_stream(source: object, details: object) -> None:

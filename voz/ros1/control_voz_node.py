@@ -12,12 +12,13 @@ from voz.hearing.microphone_thread import SilenceCheck
 from voz.inbox import Inbox
 from voz.language.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
+from voz.language.sentences.spelling import normalize
 from voz.ros1.control_loop import replies, run_node_session
 from voz.ros1.messages import RecognizerStatus, parse_status
 from voz.ros1.node import Ros1Node, run_node, subscribe
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock, warn
-from voz.run.command_check import begins_listening, check_list
+from voz.run.command_check import begins_listening, check_list, matched_settings
 from voz.run.text_commands import TextCommands
 
 RECOGNIZER_TIMEOUT = 0.35
@@ -74,16 +75,18 @@ class RecognizerTopic:
 
 def all_commands(table: CommandTable) -> Commands:
     """Return all commands of the table: any recognizer may publish them."""
-    return plain_commands(sorted({name for names in table.sets.values() for name in names}))
+    return plain_commands(sorted({normalize(n) for names in table.sets.values() for n in names}))
 
 
 def run_control_voz(node: Ros1Node) -> None:
     """Drive until the node is ended."""
     settings = read_settings()
+    listed = read_commands(find_language(settings.lm)) if settings.lm else None
+    commands = listed or all_commands(settings.table)
+    settings = matched_settings(settings, commands)
     table = settings.table
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
-    commands = read_commands(find_language(settings.lm)) if settings.lm else all_commands(table)
     check_list(commands, table, settings.lm or "the table of commands")
     topic = RecognizerTopic(settings.ros1.recognizer_output, commands, inbox, clock.now)
     with replies(settings.speech, table, partial(warn, inbox, clock)) as speech:

@@ -31,6 +31,7 @@ from voz.recognition.engine import RecognitionEngine
 from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
+from voz.run.command_check import matched_settings
 from voz.settings import SpokenLanguage
 
 LMTOOL_HINT = (
@@ -96,16 +97,8 @@ def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def make_hearing(
-    settings: Config,
-    inbox: Inbox,
-    clock: Callable[[], float],
-    loudspeaker: Mixer | None = None,
-) -> Hearing:
-    """Read the node's parameters and load the recognizer; its `with` block listens.
-
-    The loudspeaker is one of this process, which the microphone hears too. Raises VozError.
-    """
+def load_recognizer(settings: Config) -> tuple[Config, RecognitionEngine]:
+    """Read the node's parameters and load the recognizer; settings get the list's names."""
     with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
         language, warnings = find_or_make_language(settings.lm, Path(folder), settings.language)
         for warning in warnings:
@@ -113,6 +106,20 @@ def make_hearing(
         profile = text("profile")
         known = load_profile(profile) if profile else None
         recognizer = RecognitionEngine(language, settings.recognition, known)
+    return matched_settings(settings, recognizer.commands), recognizer
+
+
+def make_hearing(
+    recognizer: RecognitionEngine,
+    settings: Config,
+    inbox: Inbox,
+    clock: Callable[[], float],
+    loudspeaker: Mixer | None = None,
+) -> Hearing:
+    """Make what listens in a `with` block.
+
+    The loudspeaker is one of this process, which the microphone hears too. Raises VozError.
+    """
     playback = loudspeaker if settings.speech.half_duplex else None
     return Hearing(
         recognizer,

@@ -15,7 +15,7 @@ from voz.inbox import Inbox
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import log_receiver
 from voz.ros1.messages import RecognizerStatus
-from voz.ros1.microphone import make_hearing
+from voz.ros1.microphone import load_recognizer, make_hearing
 from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
@@ -44,7 +44,8 @@ class SwitchedHearing:
                 "`name` and `ask` of [recognition] need recognizer and control in one node",
                 "start the node `voz` instead, or `control_voz.launch` with one_process:=true",
             )
-        hearing = make_hearing(settings, self._inbox, self._clock)
+        settings, recognizer = load_recognizer(settings)
+        hearing = make_hearing(recognizer, settings, self._inbox, self._clock)
         with self._lock:  # all the while: of two at once, both would hear
             self._end()
             self._parts.enter_context(hearing)

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 from voz.inbox import Inbox
 from voz.ros1.control_loop import replies, run_node_session
-from voz.ros1.microphone import make_hearing
+from voz.ros1.microphone import load_recognizer, make_hearing
 from voz.ros1.node import Ros1Node, run_node
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock, warn
@@ -17,13 +17,13 @@ from voz.run.parts import answer_receiver
 
 def run_voz(node: Ros1Node) -> None:
     """Drive by the microphone until the node is ended."""
-    settings = read_settings()
+    settings, recognizer = load_recognizer(read_settings())
     table = settings.table
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
     with (
         replies(settings.speech, table, partial(warn, inbox, clock)) as speech,
-        make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
+        make_hearing(recognizer, settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         check_list(hearing.commands, table, "the list of commands")
         run_node_session(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from voz.config import Config
+from voz.config import Config, command_names, with_names
 from voz.control.table import CommandTable, check_commands
 from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
@@ -15,7 +15,6 @@ from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_ex
 from voz.language.language_files import LanguageFiles, list_sources, stale_warning
 from voz.language.pronunciation import PRONUNCIATIONS_FILE
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import strip_accents
 from voz.language.spoken_language import configured_language
 from voz.robot.factory import robot_names
 
@@ -29,6 +28,16 @@ ROS_ROBOTS = ("ros1", "ros2")
 """Their topics are made at the start."""
 
 BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
+
+
+def matched_settings(settings: Config, commands: Commands) -> Config:
+    """Return settings with the names of commands as a list has them.
+
+    Those in voz.toml may have other capitals or spaces, or lack accents, as in typed text. Raises
+    ConfigError if a command is there twice.
+    """
+    found = {name: commands.find_name(name) for name in sorted(command_names(settings))}
+    return with_names(settings, {name: other for name, other in found.items() if other})
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:
@@ -65,11 +74,7 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
         for name in settings.recognition.never_missed
         if name not in table.stops and commands.parse(name) is None
     ]
-    unsaid = missing_commands(commands, defined)
-    accented = {name: other for name in unsaid if (other := _accented_form(commands, name))}
-    for name, other in accented.items():
-        yield f'[commands] has "{name}" and the list "{other}": write both with the same accents'
-    if unsaid := [name for name in unsaid if name not in accented]:
+    if unsaid := missing_commands(commands, defined):
         quoted = _quoted(unsaid)
         yield f"no line of the list of commands is {quoted}: add it, and run `voz build-lm`"
 
@@ -77,12 +82,6 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
 def missing_commands(commands: Commands, named: Iterable[str]) -> list[str]:
     """Return the commands of a table that are missing from the list."""
     return [name for name in dict.fromkeys(named) if name not in commands.names]
-
-
-def _accented_form(commands: Commands, name: str) -> str | None:
-    """Return the command of a list that differs from a name only in accents, if there is one."""
-    plain = strip_accents(name)
-    return next((other for other in commands.names if strip_accents(other) == plain), None)
 
 
 def _slots(commands: Commands, name: str) -> set[str]:
@@ -111,6 +110,7 @@ def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
     """Read the list of language files; raises VozError if it cannot be used with the settings."""
     path = list_files(files)[0]
     source = read_list(path, configured_language(settings.language))
+    settings = matched_settings(settings, source.commands)
     expected = path.parent / EXPECTED_SENTENCES_FILE
     if expected.is_file():
         data = read_bytes(expected, CommandsError, "give a readable text file")

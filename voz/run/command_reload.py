@@ -29,6 +29,7 @@ from voz.run.command_check import (
     check_renewal,
     describe_renewal,
     list_files,
+    matched_settings,
     read_list_again,
 )
 
@@ -168,6 +169,7 @@ class CommandReload:
         source = read_list_again(files, new) if listed else None
         before = self._recognizer.commands
         after = source.commands if source else before
+        new = matched_settings(new, after)
         check_list(after, new.table, source.name if source else "the list of commands")
         check_renewal(old, new, before, after)
         if calls := sorted(_functions(new.table) - _functions(old.table)):

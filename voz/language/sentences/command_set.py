@@ -14,7 +14,7 @@ from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
-from voz.language.sentences.spelling import spoken_forms, strip_accents
+from voz.language.sentences.spelling import normalize, plain_form, spoken_forms, strip_accents
 
 SlotMark: TypeAlias = tuple[str, Value]
 """`{` and `}` are the ends of a slot, `<` and `>` those of a tag."""
@@ -180,6 +180,14 @@ class Commands(Collection[str]):
         """The commands, each once, in the order of the list."""
         return tuple(dict.fromkeys(meaning.command for meaning in self.meanings))
 
+    def find_name(self, name: str) -> str | None:
+        """Find the command that a name is, perhaps with other capitals, spaces or no accents."""
+        if name in self._names:
+            return name
+        found = self._plain_names.get(plain_form(name), [])
+        exact = [each for each in found if len(found) == 1 or each == normalize(name)]
+        return exact[0] if exact else None
+
     def parse(self, text: str) -> Parse | None:
         """Find what a sentence means; None if it is not in the language.
 
@@ -204,6 +212,17 @@ class Commands(Collection[str]):
         if meaning.reader:
             slots = {**slots, **(meaning.reader.slots(words) or {})}
         return Parse(" ".join(words), meaning.command, slots)
+
+    @cached_property
+    def _names(self) -> frozenset[str]:
+        return frozenset(self.names)
+
+    @cached_property
+    def _plain_names(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in self.names:
+            found.setdefault(plain_form(name), []).append(name)
+        return found
 
     def has_continuation(self, text: str) -> bool:
         """Whether a longer sentence begins with this text."""

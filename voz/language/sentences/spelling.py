@@ -82,6 +82,11 @@ def spoken_forms(text: str) -> list[list[str]]:
     return [_said(token) for token in _TOKEN.findall(plain)]
 
 
+def plain_form(text: str) -> str:
+    """Return text in its first wording and without accents: forms of one text are the same."""
+    return strip_accents(" ".join(ways[0] for ways in spoken_forms(text)))
+
+
 def _said(token: str) -> list[str]:
     try:
         return list(wordings(Fraction(token)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -34,6 +35,9 @@ def imported(module: ast.Module, package: str = "voz") -> Iterator[str]:
         yield from (name.split(".")[level] for name in names if name.startswith(f"{package}."))
 
 
+PRIVATE_IN_TEXT = re.compile(r"(?<!\bself)(?<!\bcls)\.(_[a-z]\w*)|^(_[a-z]\w*)$")
+
+
 def defined(module: ast.AST) -> Iterator[str]:
     """All names that a module gives to functions, classes, variables and attributes."""
     for part in ast.walk(module):
@@ -58,7 +62,12 @@ def reached(module: ast.AST) -> Iterator[tuple[int, str]]:
         elif isinstance(part, ast.ImportFrom):
             yield from ((part.lineno, each.name) for each in part.names)
         elif isinstance(part, ast.Constant) and isinstance(part.value, str):
-            yield part.lineno, part.value.rpartition(".")[2]  # as for `monkeypatch.setattr`
+            # As for `monkeypatch.setattr`, or in a program that a test starts.
+            yield from (
+                (part.lineno, name)
+                for names in PRIVATE_IN_TEXT.findall(part.value)
+                for name in names
+            )
 
 
 def run_voz(folder: Path, *arguments: object) -> str:

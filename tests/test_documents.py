@@ -65,11 +65,6 @@ def test_a_link_that_leads_nowhere_is_found() -> None:
     ]
 
 
-def test_anchors_are_those_of_mkdocs_and_of_github() -> None:
-    text = "# What `voz` does\n```\n# no heading\n```\n## Is it? (one ear)\n## A - b\n"
-    assert anchors(text) == {"what-voz-does", "is-it-one-ear"}
-
-
 @each_page
 def test_each_call_of_voz_is_one_that_it_takes(page: Document) -> None:
     refused = {call: refusal(call) for call in commands_shown(page)}

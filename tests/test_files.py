@@ -247,14 +247,6 @@ def test_what_is_read_is_utf_8_with_any_line_ends(tmp_path: Path) -> None:
         read_text(path, ConfigError, "make it smaller", limit=9)
 
 
-def test_a_pipe_is_read_to_its_end() -> None:
-    reading, writing = os.pipe()
-    os.write(writing, b"all of it")
-    os.close(writing)
-    assert read_bytes(Path(f"/dev/fd/{reading}"), ConfigError, "") == b"all of it"
-    os.close(reading)
-
-
 @pytest.mark.parametrize(
     ("path", "said"),
     [

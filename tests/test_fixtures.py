@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -63,43 +62,16 @@ def test_every_row_has_its_file_and_every_file_its_row():
     assert len(listed) == len(there)
 
 
-def test_the_manifest_is_sorted_and_nothing_in_it_is_empty():
-    rows = manifest()
-    assert rows == sorted(rows)
-    assert all(all(row) for row in rows)
-
-
-def test_there_are_only_the_four_kinds():
-    assert {recording.kind for recording in manifest()} == {*CLIPS, "long", "format"}
-
-
-def test_each_command_is_spoken_by_at_least_seven_voices():
-    voices = Counter(recording.text for recording in of_kind("command"))
-    assert set(voices) == set(COMMANDS)
-    assert min(voices.values()) >= 7
-
-
 def test_every_voice_speaks_every_command_once():
     spoken = [(recording.voice, recording.text) for recording in of_kind("command")]
     voices = {voice for voice, _ in spoken}
     assert sorted(spoken) == sorted((voice, text) for voice in voices for text in COMMANDS)
 
 
-def test_a_clip_is_named_by_its_voice_and_its_text():
-    for recording in of_kind(*CLIPS):
-        assert recording.path.stem == f"{recording.voice}__{recording.text.replace(' ', '_')}"
-
-
 def test_there_are_sixty_near_misses_and_none_is_a_command():
     texts = [recording.text for recording in of_kind("near-miss")]
     assert len(set(texts)) == len(texts) >= 60
     assert set(texts).isdisjoint(COMMANDS)
-
-
-def test_near_misses_are_spread_over_the_voices_of_the_commands():
-    near_misses = Counter(recording.voice for recording in of_kind("near-miss"))
-    assert set(near_misses) == {recording.voice for recording in of_kind("command")}
-    assert max(near_misses.values()) - min(near_misses.values()) <= 1
 
 
 def test_clips_are_16_khz_mono_16_bit_flac_of_one_to_three_seconds():
@@ -123,12 +95,6 @@ def test_long_recordings_are_two_wav_files_of_several_commands_in_20_to_40_secon
         assert set(texts) <= set(COMMANDS)
 
 
-def test_long_recordings_are_a_story_from_start_speech_to_stop_speech():
-    for recording in of_kind("long"):
-        texts = recording.text.split(" | ")
-        assert (texts[0], texts[-1]) == ("start speech", "stop speech")
-
-
 @pytest.mark.parametrize(
     ("file", "rate", "channels"),
     [("formats/stereo_44100.wav", 44_100, 2), ("formats/mono_8000.wav", 8000, 1)],
@@ -138,11 +104,6 @@ def test_other_formats_have_their_rate_and_channels(file, rate, channels):
     assert (info.samplerate, info.channels) == (rate, channels)
     assert (info.format, info.subtype) == ("WAV", "PCM_16")
     assert 0.9 < info.duration < 3
-
-
-def test_the_stereo_recording_is_quieter_in_the_right_channel():
-    left, right = soundfile.read(FOLDER / "formats/stereo_44100.wav")[0].T
-    assert 10 < level(left) - level(right) < 14
 
 
 def test_every_recording_is_loud_and_none_is_clipped():
@@ -163,10 +124,6 @@ def test_the_kitchen_is_noisy_before_and_after_the_speech():
     [recording] = [each for each in manifest() if each.file == KITCHEN]
     for edge in edges(recording, seconds=0.65):
         assert -50 < level(edge) < level(samples) - 6
-
-
-def test_all_together_stay_under_six_megabytes():
-    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 6_000_000
 
 
 def test_a_missing_engine_is_one_line_that_says_what_to_install(tmp_path):

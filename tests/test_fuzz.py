@@ -22,7 +22,6 @@ from voz.apps.evaluation.results import Result, Understood
 from voz.apps.recordings.manifest import read_manifest
 from voz.config import load_config
 from voz.errors import VozError
-from voz.language.build import build
 from voz.language.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.language import load_language
 from voz.recognition.pocketsphinx.decoder import Decoder
@@ -65,31 +64,6 @@ def test_fuzzed_wav_headers(subtype: str, tmp_path: Path) -> None:
     errors = [result["error"] for result in results if "error" in result]
     assert len(errors) >= FILES // 4
     assert all("\n" not in error for error in errors)
-
-
-def test_fuzzed_command_lists(tmp_path: Path) -> None:
-    data = b"start speech\nGo forward # here\r\n\xef\xbb\xbfstop\nturn left\n"
-    refused = 0
-    for seed in range(FILES):
-        chance = random.Random(seed)
-        broken = bytearray(data)
-        for _ in range(chance.randint(1, 5)):
-            broken[chance.randrange(len(broken))] = chance.randrange(256)
-        path = tmp_path / "list.txt"
-        path.write_bytes(broken)
-        if message := refusal(path):
-            refused += 1
-            assert message.startswith(f"{path}:")
-            assert "\n" not in message
-    assert refused >= FILES // 4
-
-
-def refusal(commands: Path) -> str | None:
-    try:
-        build(commands, commands.parent)
-    except VozError as error:
-        return str(error)
-    return None
 
 
 def toml(folder: Path) -> tuple[Path, Callable[[], object]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import inspect
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -246,23 +245,6 @@ def test_a_wrong_argument_of_a_sound_is_an_error_of_voz_too() -> None:
             client.stop_all()
 
         tried()
-
-
-RECORDS = [each for name in voz.__all__ if hasattr(each := getattr(voz, name), "__struct_fields__")]
-
-
-@pytest.mark.parametrize("kind", RECORDS)
-def test_a_wrong_field_of_a_record_is_an_error_of_voz(kind: Any) -> None:
-    parameters = inspect.signature(kind).parameters.values()
-    good = {p.name: 0 if p.default is p.empty else p.default for p in parameters}
-
-    @few
-    @given(wrong=WRONG, name=st.sampled_from([*good]))
-    def tried(wrong: object, name: str) -> None:
-        with suppress(voz.VozError):
-            kind(**{**good, name: wrong})
-
-    tried()
 
 
 @pytest.mark.parametrize("wrong", [None, "1", 10**400, float("nan"), 1e300, np.zeros(3)])

@@ -42,15 +42,6 @@ def tone(seconds: float, frequency: float = 440.0) -> Wave:
 
 
 @given(waves, st.lists(frames, min_size=1, max_size=6))
-def test_a_sound_comes_out_sample_by_sample_then_silence(wave: Wave, sizes: list[int]) -> None:
-    source = PlayingSound(wave)
-    heard = taken(source, sizes)
-    expected = np.concatenate([wave, np.zeros(sum(sizes), np.float32)])[: sum(sizes)]
-    assert np.array_equal(heard, expected)
-    assert source.over is (sum(sizes) >= len(wave))
-
-
-@given(waves, st.lists(frames, min_size=1, max_size=6))
 def test_what_repeats_follows_itself_without_a_gap(wave: Wave, sizes: list[int]) -> None:
     source = PlayingSound(wave, repeats=True)
     heard = taken(source, sizes)
@@ -106,14 +97,6 @@ def test_how_long_a_sound_is_audible_is_known() -> None:
     assert PlayingSound(wave, repeats=True).audible_left == math.inf
     assert PlayingSound(np.zeros(100, np.float32), repeats=True).audible_left == 0
     assert PlayingSound(wave, volume=AUDIBLE_AMPLITUDE).audible_left == 0
-
-
-@given(st.lists(waves, max_size=4), frames)
-def test_quiet_sounds_are_added(several: list[Wave], size: int) -> None:
-    block, gain = mix([PlayingSound(wave) for wave in several], size)
-    expected = sum((PlayingSound(wave).take(size) for wave in several), np.zeros(size, np.float32))
-    assert np.allclose(block, expected, atol=1e-6)
-    assert gain == 1.0
 
 
 @given(st.lists(loud_waves, max_size=4), st.lists(frames, min_size=1, max_size=5))

@@ -19,11 +19,9 @@ from voz.audio.sound_files import (
     Resampler,
     read_blocks,
     read_sound,
-    to_int16,
     to_samples,
 )
 from voz.errors import AudioError
-from voz.files import shown_path
 
 
 def tone(rate: int, seconds: float = 1.0) -> np.ndarray:
@@ -163,10 +161,6 @@ def test_a_rate_that_cannot_be(rate: int, tmp_path: Path) -> None:
     assert f"{rate} Hz is not usable" in error_of(tmp_path / "a.wav")
 
 
-def test_a_name_that_is_no_utf_8_is_shown() -> None:
-    assert shown_path(Path(os.fsdecode(b"a\xff.wav"))) == "a\\xff.wav"
-
-
 # Sounds to be played
 
 
@@ -280,14 +274,8 @@ def test_what_is_no_sound_is_one_clear_error(array: np.ndarray, said: str) -> No
         to_samples(array, SAMPLE_RATE)
 
 
-@pytest.mark.parametrize("rate", [0, 300, -16000, 1e9, float("nan")])
-def test_a_rate_without_speech_is_refused(rate: float) -> None:
-    with pytest.raises(AudioError, match=r"sample rate of .* Hz is not usable"):
-        to_samples(np.zeros(9, np.int16), rate)
-
-
-@pytest.mark.parametrize("rate", ["16000", [16000]])
-def test_what_is_no_rate_is_refused_as_clearly(rate: Any) -> None:
+@pytest.mark.parametrize("rate", [0, 300, -16000, 1e9, float("nan"), "16000", [16000]])
+def test_a_rate_without_speech_is_refused(rate: Any) -> None:
     with pytest.raises(AudioError, match="is not usable; give one from"):
         to_samples(np.zeros(9, np.int16), rate)
 
@@ -300,13 +288,6 @@ def test_a_stream_that_is_finished_says_so(rate: int) -> None:
     with pytest.raises(AudioError, match="is finished; begin another"):
         converter.feed(np.zeros(rate, np.int16))
     assert len(converter.finish()) == 0
-
-
-def test_what_is_16_khz_stays_as_it_is() -> None:
-    noise = np.random.default_rng(0).uniform(-1, 1, 999).astype(np.float32)
-    resampler = Resampler(SAMPLE_RATE)
-    assert np.array_equal(resampler.feed(noise), to_int16(noise))
-    assert len(resampler.finish()) == 0
 
 
 @pytest.mark.parametrize("rate", [8000, 44_100, 48_000])

@@ -24,17 +24,6 @@ def test_the_documents_have_its_table_and_voz_needs_the_fewest_lines() -> None:
         assert voz <= min(others)
 
 
-def test_lines_are_counted_without_what_is_none(tmp_path: Path) -> None:
-    sys.path.insert(0, str(BENCHMARK.parent))
-    try:
-        from lines_of_code import count
-    finally:
-        sys.path.remove(str(BENCHMARK.parent))
-    program = tmp_path / "program.py"
-    program.write_text('"""One\n\nTwo."""\n\n# three\nimport this\n\nprint(\n    "x"  # y\n)\n')
-    assert count(program) == 4
-
-
 @pytest.mark.parametrize("library", ["voz", "pocketsphinx"])
 def test_a_recording_is_understood(
     library: str, recordings: list[Recording], tmp_path: Path

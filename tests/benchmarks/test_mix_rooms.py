@@ -57,16 +57,3 @@ def test_only_those_who_were_held_back_speak_in_sound_of_the_level_that_is_asked
     power = [np.mean(stream[before] ** 2) for stream in (quiet, loud, louder)]
     assert power[0] < 1e-3 * power[1]
     assert power[2] / power[1] == pytest.approx(10**0.5, rel=0.05)
-
-
-def test_what_is_missing_is_one_line(tmp_path: Path) -> None:
-    clip = FIXTURES / "commands" / "festival_slt__stop.flac"
-    (tmp_path / "few.tsv").write_text(f"path\ttext\tspeaker\tkind\n{clip}\tstop\ts\tcommand\n")
-    script = str(ROOT / "benchmarks" / "mix_rooms.py")
-    said = {"few.tsv": "doing_the_dishes", ".": "Is a directory", "none.tsv": "No such file"}
-    for name, why in said.items():
-        command = [sys.executable, script, str(tmp_path / "rooms"), str(tmp_path / name)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        assert done.returncode == 2
-        [line] = done.stderr.splitlines()
-        assert why in line

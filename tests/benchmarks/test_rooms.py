@@ -51,26 +51,3 @@ def test_a_line_for_each_stream(rooms: Path) -> None:
     assert quiet[6].startswith("1 in 0.00")
     assert talk == ["talk", "-", "-", "-", "-", "-", "0 in 0.0006 h (0 to 5902 per hour)"]
     assert len(call(rooms, "talk").stdout.splitlines()) == 5
-
-
-@pytest.mark.parametrize(
-    ("listing", "arguments", "said"),
-    [
-        (None, [], "said.json: cannot be read"),
-        ('{"quiet": [[1]]}', [], "said.json: cannot be used"),
-        ("{}", [], "said.json: has no stream"),
-        ('{"quiet": []}', ["loud"], "said.json: has no loud"),
-        ('{"none": []}', [], "none.wav: there is no such file"),
-        ('{"talk": [[9, 10, "stop", "us"]]}', [], "talk.wav: is over after 2.2 s"),
-    ],
-)
-def test_a_folder_that_cannot_be_used_is_one_line(
-    listing: str | None, arguments: list[str], said: str, rooms: Path
-) -> None:
-    (rooms / "said.json").unlink()
-    if listing:
-        (rooms / "said.json").write_text(listing)
-    run = call(rooms, *arguments)
-    assert run.returncode == 2
-    [line] = run.stderr.splitlines()
-    assert said in line

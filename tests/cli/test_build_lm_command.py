@@ -45,10 +45,6 @@ def test_the_tool_does_the_same(voz: Any, own_commands: Path, tmp_path: Path) ->
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
-def test_the_language_files_of_the_checkout_are_what_its_list_gives(voz: Any) -> None:
-    assert voz("build-lm", "--check").code == 0
-
-
 def test_a_list_that_changed_since_it_was_built_is_said(
     voz: Any, own_commands: Path, tmp_path: Path
 ) -> None:
@@ -128,15 +124,6 @@ def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) ->
         f'{tests}:1: "stop it" should be a command, but is not; the nearest is "stop"',
         f'{tests}:3: "please stop" should not be a command, but is "stop"',
     ]
-
-
-def test_typed_templates_drive_with_what_they_mean(voz: Any, templates: Path) -> None:
-    voz("build-lm", templates, "--out", templates.parent / "lm")
-    typed = templates.parent / "typed.txt"
-    typed.write_text("Turn left 45 degrees!\n")
-    result = voz("run", "--text", typed, "--lm", templates.parent / "lm", "--events", "-")
-    heard = next(event for event in result.json if event["type"] == "utterance")
-    assert (heard["command"], heard["slots"]) == ("turn", {"way": "left", "angle": 45})
 
 
 MANY = """

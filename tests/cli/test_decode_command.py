@@ -121,14 +121,6 @@ def test_a_threshold_and_the_trigram_model_can_be_chosen(voz: Any) -> None:
     assert trigram["text"] == "go back"
 
 
-def test_a_file_name_that_is_no_utf_8(tmp_path: Path) -> None:
-    odd = os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9.flac")
-    shutil.copy(GO_BACK, odd)
-    result = in_process("decode", "--json", odd)
-    assert result.code == 0
-    assert result.json[0]["file"].endswith("caf\\xe9.flac")
-
-
 def folder_of(tmp_path: Path, recordings: list[Recording]) -> Path:
     """Recordings in folders in a folder, one of them bad, beside what is none."""
     folder = tmp_path / "recordings"

@@ -224,6 +224,7 @@ def test_an_evaluation_that_is_there_is_replaced_only_if_asked(
 def test_a_model_that_is_there_is_replaced_only_if_asked(tmp_path: Path) -> None:
     lists, model = tmp_path / "list.tsv", tmp_path / "mine.json"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    assert "--out" in in_process("fit-confidence", lists).complaint
     model.write_text("mine")
     given = ("fit-confidence", lists, "--out", model)
     assert f"{model}: is there already" in in_process(*given).complaint
@@ -238,19 +239,6 @@ def test_no_model_takes_the_place_of_what_it_is_made_from(tmp_path: Path) -> Non
     assert (result.code, result.out) == (2, "")
     assert result.complaint.startswith(f"voz: {lists}: is read ")
     assert lists.read_bytes() == before
-
-
-def test_a_model_is_written_where_it_is_said_alone(tmp_path: Path) -> None:
-    lists = tmp_path / "list.tsv"
-    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
-    assert "--out" in in_process("fit-confidence", lists).complaint
-
-
-def test_that_there_is_no_talk_is_told_before_anything_is_recognized(tmp_path: Path) -> None:
-    lists = tmp_path / "list.tsv"
-    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
-    result = in_process("fit-confidence", lists, "--out", tmp_path / "mine.json")
-    assert result.complaint.startswith("voz: the manifests need more recordings of the kind talk")
 
 
 @pytest.fixture

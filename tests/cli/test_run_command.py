@@ -55,13 +55,6 @@ def test_typed_text_is_read_from_standard_input() -> None:
     assert "drives back at 0.10 m/s" in result.out
 
 
-def test_typed_text_that_is_no_text_is_no_command(voz: Any, tmp_path: Path) -> None:
-    (tmp_path / "typed.txt").write_bytes(b"\xff\xfe\x00\n" * 3 + b"stop\n")
-    result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")
-    heard = [event["accepted"] for event in result.json if event["type"] == "utterance"]
-    assert heard == [False, False, False, True]
-
-
 @pytest.mark.parametrize(
     ("robot", "told"),
     [
@@ -226,14 +219,3 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
 )
 def test_a_text_that_cannot_be_read_is_one_line(text: str, said: str) -> None:
     assert in_process("run", "--text", text).complaint == f"voz: {said}"
-
-
-def test_typed_bytes_that_are_not_utf_8_are_no_command() -> None:
-    done = subprocess.run(
-        [*VOZ, "run", "--text", "-", "--no-sound"],
-        input=b"start speech\n\xff\xfe\ngo forward\n",
-        capture_output=True,
-        env={**os.environ, "PYTHONUTF8": "0", "LC_ALL": "C.UTF-8"},
-    )
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"drives forward" in done.stdout

@@ -20,7 +20,7 @@ from voz.language.language_files import LanguageFiles, read_sentences
 from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import SimilarPair, distinct_pairs, find_similar
-from voz.language.similarity_report import WARNING_SIMILARITY, similarity_warnings
+from voz.language.similarity_report import WARNING_SIMILARITY
 
 COMMANDS = ROOT / "lm" / "comandos_voz.txt"
 BEAM = 1e-300
@@ -85,10 +85,6 @@ def test_the_pairs_that_are_most_mistaken_are_among_the_most_alike(pairs: list[S
 def test_stop_and_go_back_share_too_few_sounds_to_be_predicted(pairs: list[SimilarPair]):
     # Three of the 385 clips that the table was fitted on are mistaken so all the same.
     assert {"stop", "go back"} not in names(pairs)
-
-
-def test_only_a_few_pairs_are_worth_a_warning(pairs: list[SimilarPair]):
-    assert 1 <= len(similarity_warnings(pairs)) <= 4
 
 
 def scores_of_all_commands(recordings: list[Recording], commands: list[str]) -> Any:

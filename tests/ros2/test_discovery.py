@@ -32,7 +32,7 @@ def test_the_domain_is_that_of_the_settings_or_the_environment_or_0() -> None:
 
 @pytest.mark.parametrize("said", ["-1", "233", "one", "1.5", "²", "9" * 5000])
 def test_a_domain_that_cannot_be_is_refused(said: str) -> None:
-    with pytest.raises(ConfigError, match=r"ROS_DOMAIN_ID is .* 0 to 232"):
+    with pytest.raises(ConfigError, match=r"^ROS_DOMAIN_ID is .{,60} 0 to 232"):
         domain_number(Ros2(), {"ROS_DOMAIN_ID": said})
 
 
@@ -40,12 +40,6 @@ def test_a_domain_that_cannot_be_is_refused(said: str) -> None:
 def test_no_domain_from_outside_the_range_comes_from_the_environment(said: str) -> None:
     with suppress(ConfigError):
         assert domain_number(Ros2(), {"ROS_DOMAIN_ID": said}) in range(233)
-
-
-def test_a_domain_of_thousands_of_digits_is_not_shown_whole() -> None:
-    with pytest.raises(ConfigError) as raised:
-        domain_number(Ros2(), {"ROS_DOMAIN_ID": "9" * 5000})
-    assert len(str(raised.value)) < 100
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from controlled import Controlled
 from msgspec import convert
 
 from voz.config import Config
-from voz.control.messages import Renewal
 from voz.control.steps import Step
 from voz.errors import ConfigError
-from voz.events import Event, Notice, Twist, Utterance
 from voz.language.sentences.command_set import plain_commands
 from voz.run.command_check import check_renewal, describe_renewal, matched_settings
 
@@ -84,47 +81,3 @@ def test_words_that_differ_in_their_accents_alone_stay_two_commands() -> None:
     assert set(matched_settings(settings(commands={"papà": {"say": "?"}}), both).commands) == {
         "papà"
     }
-
-
-def said(text: str, now: float) -> Utterance:
-    return Utterance(now, text, 0.9, True, now, now, "microphone")
-
-
-@pytest.fixture
-def driven() -> tuple[Controlled, list[Event]]:
-    controller = Controlled()
-    controller.hear(said("go forward", 1.0))
-    return controller, controller.events
-
-
-def test_nothing_moves_while_the_commands_are_renewed(
-    driven: tuple[Controlled, list[Event]],
-) -> None:
-    controller, events = driven
-    controller.take(Renewal("list.txt was saved", 2.0, under_way=True), 2.0)
-    assert events[-1] == Notice(2.0, "list.txt was saved: the robot stops", True, stops=True)
-    controller.hear(said("go back", 2.1))
-    assert isinstance(events[-1], Utterance)
-    assert (events[-1].obeyed, events[-1].ignored) == (False, "too_late")
-    controller.hear(said("stop", 2.2))
-    assert events[-1].obeyed  # type: ignore[union-attr]
-    table = settings(commands={"go back": {"drive": -0.3}}).table
-    controller.take(Renewal("renewed", 2.5, under_way=False, table=table), 2.5)
-    controller.hear(said("go back", 2.4))  # begun before
-    controller.send(2.6)
-    assert events[-1] == Twist(2.6, 0, 0)
-    controller.hear(said("go back", 2.7))
-    assert controller.velocities == (-0.3, 0)
-
-
-def test_a_renewal_that_failed_leaves_the_robot_at_rest_and_the_commands_as_they_were(
-    driven: tuple[Controlled, list[Event]],
-) -> None:
-    controller, events = driven
-    table = controller.state.rules.table
-    controller.take(Renewal("list.txt was saved", 2.0, under_way=True), 2.0)
-    controller.take(Renewal("the disk is full", 2.5, under_way=False), 2.5)
-    assert events[-1] == Notice(2.5, "the disk is full")
-    assert controller.state.rules.table is table
-    controller.hear(said("go back", 2.6))
-    assert controller.velocities == (-0.1, 0)

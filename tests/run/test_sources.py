@@ -22,10 +22,8 @@ from voz.events import (
     SelectedObject,
     Twist,
     Utterance,
-    explain_not_obeyed,
     to_json,
 )
-from voz.language.sentences.command_set import plain_commands
 from voz.run.sources import typed_items
 from voz.settings import Safety
 
@@ -76,20 +74,11 @@ def test_typed_text_is_normalized_and_unknown_text_is_not_accepted() -> None:
     ]
 
 
-def test_nothing_typed_is_only_the_last_zero() -> None:
-    assert typed([]) == [Twist(0.0, 0.0, 0.0)]
-
-
 @given(st.lists(st.sampled_from([*COMMANDS, "-", "xyz"]), max_size=40))
 def test_there_are_as_many_cycles_as_lines_and_the_last_is_zero(lines: list[str]) -> None:
     sent = velocities(typed(lines))
     assert len(sent) == len(lines) + 1
     assert sent[-1] == (0, 0)
-
-
-@given(st.lists(st.sampled_from([*COMMANDS, "-"]), max_size=40))
-def test_the_same_lines_give_the_same_events(lines: list[str]) -> None:
-    assert typed(lines) == typed(lines)
 
 
 def test_s6_a_robot_that_hears_nothing_stops_and_needs_a_new_command() -> None:
@@ -185,12 +174,3 @@ def test_typed_text_may_have_digits_and_says_what_it_means() -> None:
     assert (first["command"], first["slots"]) == ("turn", {"angle": 90})
     assert "command" not in second
     assert "slots" not in second
-
-
-def test_text_that_is_no_command_gets_the_nearest() -> None:
-    commands = plain_commands(["go forward", "stop"])
-    (heard,) = (
-        e for e in typed_items(["go forwards"], commands, {"stop"}) if isinstance(e, Utterance)
-    )
-    assert (heard.accepted, heard.command, heard.meant) == (False, None, "go forward")
-    assert explain_not_obeyed(heard) == 'not a command; did you mean "go forward"?'

@@ -191,9 +191,3 @@ def test_without_pandas_it_is_said_how_to_install_it(
     monkeypatch.setattr("importlib.util._find_spec", lambda *_: None)
     with pytest.raises(voz.ConfigError, match=r"pandas is not installed; run .*\[pandas\]"):
         voz.read_results(output)
-
-
-def test_what_is_no_output_is_no_table(tmp_path: Path) -> None:
-    (tmp_path / "mine.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(voz.ConfigError, match="is not an output of `voz decode --out`"):
-        voz.read_results(tmp_path / "mine.csv")

@@ -7,7 +7,7 @@ from itertools import groupby
 
 import torch
 from alignment import align, phones_within
-from noises import Random
+from numpy.random import Generator
 from torch import Tensor
 from torch.nn import functional
 
@@ -16,24 +16,24 @@ from voz.recognition.network.score import read_phone_symbols
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""
 
-LABELS = 0.3
+LABEL_WEIGHT = 0.3
 """Weight of the known phones where the teacher reads them, too."""
 
-DOUBT = 2.0
+TEACHER_LOSS_LIMIT = 2.0
 """Where the teacher's loss for a known phone is larger, nats, the label counts and not it."""
 
-LEAST = -30.0
+MIN_LOG_PROB = -30.0
 
 RIVALS = 4
 """Sequences of phones near to that of a clip that the student must find less likely."""
 
-RIVALRY = 0.1
+MMI_WEIGHT = 0.1
 """Weight of how likely it finds them, beside the known phones."""
 
-SCALE = 2.0
+MMI_TEMPERATURE = 2.0
 """Nats by which a sequence must be ahead to count as e times likelier: moments are too sure."""
 
-LIKE = (
+CONFUSABLE = (
     "AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW",
     "B D G K P T CH JH",
     "F V TH DH S Z SH ZH HH",
@@ -44,7 +44,7 @@ LIKE = (
 Labels = list[tuple[str, ...] | None]
 """The phones of each clip, where they are known."""
 
-_LIKE = {phone: group.split() for group in LIKE for phone in group.split()}
+_CONFUSABLE_WITH = {phone: group.split() for group in CONFUSABLE for phone in group.split()}
 
 
 class Phones:
@@ -106,7 +106,7 @@ def loss_of(
     teacher: Tensor,
     labels: Sequence[tuple[str, ...] | None],
     phones: Phones,
-    rng: Random,
+    rng: Generator,
 ) -> tuple[Tensor, Tensor]:
     """How far the student is from what it is taught.
 
@@ -123,7 +123,7 @@ def loss_of(
     """
     speech = 1 - teacher[..., -2:].exp().sum(dim=-1)
     weight = 1 + (PHONE_FRAME - 1) * speech
-    divergence = (teacher.exp() * (teacher - student.clamp(min=LEAST))).sum(dim=-1)
+    divergence = (teacher.exp() * (teacher - student.clamp(min=MIN_LOG_PROB))).sum(dim=-1)
     trust = torch.ones(len(labels), device=student.device)
     known = [number for number, label in enumerate(labels) if label]
     labeled = student.new_zeros(())
@@ -131,17 +131,17 @@ def loss_of(
         wanted = [label for label in labels if label]
         lengths = torch.tensor([len(label) for label in wanted], device=student.device)
         doubt = phones.loss(phones.log_probabilities(teacher[known]), wanted) / lengths
-        trust[known] = torch.exp(-torch.clamp(doubt - DOUBT, min=0))
+        trust[known] = torch.exp(-torch.clamp(doubt - TEACHER_LOSS_LIMIT, min=0))
         likely = phones.log_probabilities(student[known])
         each = phones.loss(likely, wanted)
         rivals = rival_loss(likely, each, wanted, phones, rng)
-        weights = LABELS + 1 - trust[known]
-        labeled = (weights * each / lengths + RIVALRY * rivals).sum() / len(labels)
+        weights = LABEL_WEIGHT + 1 - trust[known]
+        labeled = (weights * each / lengths + MMI_WEIGHT * rivals).sum() / len(labels)
     return (divergence * weight * trust[:, None]).sum() / weight.sum(), labeled
 
 
 def rival_loss(
-    likely: Tensor, each: Tensor, labels: Sequence[tuple[str, ...]], phones: Phones, rng: Random
+    likely: Tensor, each: Tensor, labels: Sequence[tuple[str, ...]], phones: Phones, rng: Generator
 ) -> Tensor:
     """How likely it is that each clip says something else that is nearly its phones, nats.
 
@@ -150,22 +150,22 @@ def rival_loss(
     """
     near = [nearly(label, rng) for label in labels for _ in range(RIVALS)]
     others = phones.loss(likely.repeat_interleave(RIVALS, dim=0), near).view(-1, RIVALS)
-    scores = torch.cat([-each[:, None], -others], dim=1) / SCALE
+    scores = torch.cat([-each[:, None], -others], dim=1) / MMI_TEMPERATURE
     return -functional.log_softmax(scores, dim=1)[:, 0]
 
 
-def nearly(label: Sequence[str], rng: Random) -> tuple[str, ...]:
+def nearly(label: Sequence[str], rng: Generator) -> tuple[str, ...]:
     """Phones with one or two of them changed, left out or added."""
     phones = list(label)
     while tuple(phones) == tuple(label):
         for _ in range(1 + (len(label) > 3 and rng.random() < 0.5)):
             place = int(rng.integers(len(phones)))
-            like = _LIKE[phones[place]]
+            like = _CONFUSABLE_WITH[phones[place]]
             change = rng.random()
             if change < 0.6:
                 phones[place] = like[rng.integers(len(like))]
             elif change < 0.8 and len(phones) > 1:
                 del phones[place]
             else:
-                phones.insert(place, [*_LIKE][rng.integers(len(_LIKE))])
+                phones.insert(place, [*_CONFUSABLE_WITH][rng.integers(len(_CONFUSABLE_WITH))])
     return tuple(phones)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from noises import MADE, Random, Sound
+from noises import MADE, Sound
+from numpy.random import Generator
 
 from voz.audio import SAMPLE_RATE
 
@@ -31,10 +32,10 @@ FAST_STEP = 1024
 class Pool(Protocol):
     """Where clips come from at random."""
 
-    def speech(self, rng: Random) -> Sound:
+    def speech(self, rng: Generator) -> Sound:
         """A clip of a person."""
 
-    def noise(self, length: int, rng: Random) -> Sound | None:
+    def noise(self, length: int, rng: Generator) -> Sound | None:
         """A stretch of a recorded noise; None if there is none."""
 
 
@@ -51,7 +52,7 @@ def active_power(sound: Sound) -> float:
     return float(power[power >= power.max() * 1e-3].mean())
 
 
-def heard(clean: Sound, pool: Pool, rng: Random) -> Sound:
+def augment(clean: Sound, pool: Pool, rng: Generator) -> Sound:
     """Mix what the student hears.
 
     Args:
@@ -76,7 +77,7 @@ def heard(clean: Sound, pool: Pool, rng: Random) -> Sound:
     return np.clip(sound, -1, 1).astype(np.float32)
 
 
-def _noise(length: int, pool: Pool, rng: Random) -> Sound:
+def _noise(length: int, pool: Pool, rng: Generator) -> Sound:
     chance = rng.random()
     if chance < PEOPLE:
         return _people(length, pool, rng, int(rng.integers(3, 9)))
@@ -90,10 +91,10 @@ def _noise(length: int, pool: Pool, rng: Random) -> Sound:
     return kinds[rng.choice(len(kinds), p=weights / weights.sum())](length, rng)
 
 
-def _people(length: int, pool: Pool, rng: Random, many: int) -> Sound:
+def _people(length: int, pool: Pool, rng: Generator, count: int) -> Sound:
     """People who talk all the time."""
     sound = np.zeros(length, np.float32)
-    for _ in range(many):
+    for _ in range(count):
         place = -int(rng.integers(SAMPLE_RATE))
         loudness = 10 ** rng.uniform(-0.3, 0.3)
         while place < length:
@@ -105,7 +106,7 @@ def _people(length: int, pool: Pool, rng: Random, many: int) -> Sound:
     return _in_room(sound, rng) if rng.random() < 0.5 else sound
 
 
-def _in_room(sound: Sound, rng: Random) -> Sound:
+def _in_room(sound: Sound, rng: Generator) -> Sound:
     """An echo of decaying noise behind the direct sound, which keeps its place."""
     decay = rng.uniform(0.08, 0.6)  # to -60 dB, s
     time = np.arange(int(decay * SAMPLE_RATE)) / SAMPLE_RATE
@@ -118,7 +119,7 @@ def _in_room(sound: Sound, rng: Random) -> Sound:
     return np.fft.irfft(both, size)[: len(sound)].astype(np.float32)
 
 
-def _through_device(sound: Sound, rng: Random) -> Sound:
+def _through_device(sound: Sound, rng: Generator) -> Sound:
     """An uneven response of up to 12 dB, sometimes the band of a telephone, sometimes clipped."""
     size = fast_size(len(sound))
     spectrum = np.fft.rfft(sound, size)

@@ -11,7 +11,7 @@ from itertools import repeat
 from pathlib import Path
 
 import numpy as np
-from mixing import at_level, heard
+from mixing import at_level, augment
 from speech import Clip, Pool, read
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -30,7 +30,7 @@ LENGTHS = range(4, 12)
 NEAREST = 40
 """So many stretches of others' speech for each name: those in which it fits best."""
 
-AROUND = SAMPLE_RATE // 2
+PADDING_SAMPLES = SAMPLE_RATE // 2
 """Samples of silence around each word, and after each recording of others."""
 
 PIECE = 20 * SAMPLE_RATE
@@ -106,8 +106,8 @@ def _of_words(clips: Sequence[Clip], seed: int, pool: Pool) -> list[NameEvidence
     found = []
     for clip in clips:
         phones = clip.phones or ()
-        clean = np.pad(at_level(read(clip.path)), AROUND)
-        for sound in (clean, heard(clean, pool, rng)):
+        clean = np.pad(at_level(read(clip.path)), PADDING_SAMPLES)
+        for sound in (clean, augment(clean, pool, rng)):
             found += _evidence(to_samples(sound, SAMPLE_RATE), [phones])
     return found
 
@@ -160,8 +160,8 @@ def _pieces(paths: Sequence[Path], seed: int, pool: Pool | None) -> Iterator[Sam
     """Recordings in pieces, with a pause after each."""
     rng = np.random.default_rng(seed)
     for path in paths:
-        sound = np.pad(read(path), (AROUND // 2, AROUND))
+        sound = np.pad(read(path), (PADDING_SAMPLES // 2, PADDING_SAMPLES))
         for at in range(0, len(sound), PIECE):
             piece = sound[at : at + PIECE]
-            mixed = piece if pool is None else heard(at_level(piece), pool, rng)
+            mixed = piece if pool is None else augment(at_level(piece), pool, rng)
             yield to_samples(mixed, SAMPLE_RATE)

@@ -11,25 +11,25 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 import soxr
+from numpy.random import Generator
 
 from voz.audio import SAMPLE_RATE
 
 Sound = npt.NDArray[np.float32]
-Random = np.random.Generator
 
 
-def colored(length: int, rng: Random) -> Sound:
+def colored(length: int, rng: Generator) -> Sound:
     """Noise whose power falls with the frequency: fans, rain, wind, the sea."""
     return _shaped(length, rng, slope=rng.uniform(0, 2))
 
 
-def wind(length: int, rng: Random) -> Sound:
+def wind(length: int, rng: Generator) -> Sound:
     """Low noise in gusts, as over an open microphone."""
     gusts = _slow(length, rng, rate=rng.uniform(0.5, 3))
     return (_shaped(length, rng, slope=2.5) * gusts**2).astype(np.float32)
 
 
-def motors(length: int, rng: Random) -> Sound:
+def motors(length: int, rng: Generator) -> Sound:
     """Harmonics of a wandering speed on colored noise: a robot's drive, a vacuum cleaner."""
     speed = rng.uniform(40, 400) * (1 + 0.2 * (_slow(length, rng, rate=1.0) - 0.5))
     phase = 2 * np.pi * np.cumsum(speed) / SAMPLE_RATE
@@ -41,7 +41,7 @@ def motors(length: int, rng: Random) -> Sound:
     return (sound + rng.uniform(0.2, 2) * colored(length, rng)).astype(np.float32)
 
 
-def clatter(length: int, rng: Random) -> Sound:
+def clatter(length: int, rng: Generator) -> Sound:
     """Decaying bells, knocks and clicks: dishes, tools, footsteps, a keyboard."""
     sound = 0.02 * colored(length, rng)
     for _ in range(max(1, int(length / SAMPLE_RATE * rng.uniform(1, 8)))):
@@ -56,7 +56,7 @@ def clatter(length: int, rng: Random) -> Sound:
     return sound
 
 
-def music(length: int, rng: Random) -> Sound:
+def music(length: int, rng: Generator) -> Sound:
     """Chords with overtones, a new one every half second or so, with a beat."""
     sound = np.zeros(length)
     start = 0
@@ -75,7 +75,7 @@ def music(length: int, rng: Random) -> Sound:
     return sound.astype(np.float32)
 
 
-MADE: dict[Callable[[int, Random], Sound], float] = {
+MADE: dict[Callable[[int, Generator], Sound], float] = {
     colored: 0.10,
     wind: 0.03,
     motors: 0.12,
@@ -85,14 +85,14 @@ MADE: dict[Callable[[int, Random], Sound], float] = {
 """How often each is heard; the rest of the time it is people, or a recording."""
 
 
-def _shaped(length: int, rng: Random, slope: float) -> Sound:
+def _shaped(length: int, rng: Generator, slope: float) -> Sound:
     spectrum = np.fft.rfft(rng.standard_normal(length))
     frequency = np.maximum(np.fft.rfftfreq(length, 1 / SAMPLE_RATE), 30)
     sound = np.fft.irfft(spectrum * frequency ** (-slope / 2), length)
     return (sound / (sound.std() + 1e-9)).astype(np.float32)
 
 
-def _slow(length: int, rng: Random, rate: float) -> npt.NDArray[np.float64]:
+def _slow(length: int, rng: Generator, rate: float) -> npt.NDArray[np.float64]:
     """A curve between 0 and 1 that takes a new direction `rate` times a second."""
     points = rng.uniform(0, 1, int(length / SAMPLE_RATE * rate) + 3)
     places = np.linspace(0, len(points) - 1, length)

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import soundfile
-from noises import Random, Sound, changed_speed
+from noises import Sound, changed_speed
+from numpy.random import Generator
 
 from voz.audio import SAMPLE_RATE
 from voz.language.pronunciation import PHONES, find_anywhere, look_up, read_cmudict
@@ -56,11 +57,11 @@ class Pool:
     noises: Sequence[Path]
     _noise_samples: dict[Path, Sound] = field(default_factory=dict)
 
-    def speech(self, rng: Random) -> Sound:
+    def speech(self, rng: Generator) -> Sound:
         """A clip of anybody."""
         return read(self._any(rng))
 
-    def noise(self, length: int, rng: Random) -> Sound | None:
+    def noise(self, length: int, rng: Generator) -> Sound | None:
         """A stretch of a recorded noise; None if there is none."""
         if not self.noises:
             return None
@@ -69,7 +70,7 @@ class Pool:
         stretch = whole[start : start + length]
         return np.tile(stretch, length // len(stretch) + 1)[:length]
 
-    def batch(self, size: int, rng: Random) -> list[Clip]:
+    def batch(self, size: int, rng: Generator) -> list[Clip]:
         """Clips of one group and of nearly one length, so that little silence is added."""
         weights = np.sqrt([sum(clip.seconds for clip in group) for group in self.groups])
         group = self.groups[rng.choice(len(self.groups), p=weights / weights.sum())]
@@ -77,7 +78,7 @@ class Pool:
         start = int(rng.integers(len(group) - near + 1))
         return [group[start + i] for i in rng.choice(near, min(size, near), replace=False)]
 
-    def _any(self, rng: Random) -> Path:
+    def _any(self, rng: Generator) -> Path:
         group = self.groups[rng.integers(len(self.groups))]
         return group[rng.integers(len(group))].path
 
@@ -122,7 +123,7 @@ def _spoken(text: str, cmudict: bytes) -> tuple[str, ...]:
     return tuple(phones)
 
 
-def prepared(clip: Clip, rng: Random) -> tuple[Sound, tuple[str, ...] | None]:
+def prepared(clip: Clip, rng: Generator) -> tuple[Sound, tuple[str, ...] | None]:
     """A clip at a speed of its own, with silence around it, and its phones if all are in it."""
     sound, phones = read(clip.path), clip.phones
     if rng.random() < 0.5:

@@ -21,9 +21,10 @@ import torch
 import typer
 from jiwer import wer
 from loss import Labels, Phones, loss_of
-from mixing import NOTHING, at_level, heard
+from mixing import NOTHING, at_level, augment
 from network import Network
-from noises import Random, Sound
+from noises import Sound
+from numpy.random import Generator
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from speech import Clip, Pool, load_pools, prepared, read
 from torch import Tensor
@@ -204,7 +205,7 @@ class Run:
                     progress.update(shown, errors=self.check(held_back, np.mean(losses, axis=0)))
                     losses.clear()
 
-    def learn(self, batch: Batch, rate: float, rng: Random) -> list[float]:
+    def learn(self, batch: Batch, rate: float, rng: Generator) -> list[float]:
         """Take one step; returns the two parts of the loss before it, nats."""
         for group in self.optimizer.param_groups:
             group["lr"] = rate
@@ -264,7 +265,7 @@ def phone_errors(run: Run, clips: Sequence[Clip]) -> tuple[float, float]:
         rng = np.random.default_rng(number)
         pause = number % 2 * SAMPLE_RATE // 5  # half of them begin and end with a word
         clean = with_silence(np.pad(at_level(read(clip.path)), pause), rng)
-        for is_noisy, sound in ((False, clean), (True, heard(clean, run.pool, rng))):
+        for is_noisy, sound in ((False, clean), (True, augment(clean, run.pool, rng))):
             with torch.no_grad():
                 symbols = run.student(torch.tensor(sound)[None].to(run.device))[0]
             readings[is_noisy].append(run.phones.reading(symbols))
@@ -294,7 +295,7 @@ class Batches(Dataset[Batch]):
         return make_batch(self.pool, self.size, np.random.default_rng([self.seed, step]))
 
 
-def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
+def make_batch(pool: Pool, size: int, rng: Generator) -> Batch:
     """Clips as the teacher and the student hear them; all as long as the longest."""
     pairs = [prepared(clip, rng) for clip in pool.batch(size, rng)]
     length = max(len(sound) for sound, _ in pairs)
@@ -307,7 +308,7 @@ def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
             whole[begin : begin + len(sound)] = at_level(sound)
         whole = with_silence(whole, rng)
         clean.append(whole)
-        noisy.append(heard(whole, pool, rng))
+        noisy.append(augment(whole, pool, rng))
         labels.append(phones if is_speech else None)
     starts, kept = [0] * len(noisy), length
     if rng.random() < CUT:
@@ -320,7 +321,7 @@ def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
     return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(stretches)), labels, starts)
 
 
-def with_silence(sound: Sound, rng: Random) -> Sound:
+def with_silence(sound: Sound, rng: Generator) -> Sound:
     """No microphone gives zeros."""
     return (sound + SILENCE * rng.standard_normal(len(sound))).astype(np.float32)
 

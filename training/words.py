@@ -25,7 +25,7 @@ from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network
 
-AROUND = SAMPLE_RATE // 4
+PADDING_SAMPLES = SAMPLE_RATE // 4
 """Samples of silence before and after each clip."""
 
 
@@ -41,7 +41,7 @@ def words(
     phones = Phones(file.description.symbols, torch.device("cpu"))
     readings: dict[str, list[str]] = defaultdict(list)
     for clip in with_bar(clips, "Reading"):
-        sound = np.pad(at_level(read(clip.path)), AROUND)
+        sound = np.pad(at_level(read(clip.path)), PADDING_SAMPLES)
         with torch.no_grad():
             symbols = loaded(torch.tensor(sound)[None])[0]
         readings[" ".join(clip.phones or ())].append(phones.reading(symbols))

@@ -89,6 +89,7 @@ def stale_files(commands: Path, out: Path, source: CommandSource | None = None) 
 def generate(
     sentences: Sequence[str],
     entries: Mapping[str, LexiconEntry],
+    *,
     grammar: str | None = None,
     templates: str | None = None,
     spoken: str | None = None,
@@ -139,8 +140,13 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
     grammar = (
         None if commands.can_be_listed else structured_jsgf([one.expression for one in templates])
     )
-    text = encode_commands(commands, sources)
-    return generate(commands.examples(), source.entries, grammar, text, spoken)
+    return generate(
+        commands.examples(),
+        source.entries,
+        grammar=grammar,
+        templates=encode_commands(commands, sources),
+        spoken=spoken,
+    )
 
 
 def _as_json(spoken: LanguageInfo, out: Path) -> str:

@@ -119,14 +119,10 @@ def bag_items(
 def text_utterance(
     text: str, commands: Commands, halts: Collection[str], now: float, source: str = TYPED
 ) -> Utterance:
-    """Make an utterance of a sentence that comes as text: of all doors, for each alike.
+    """The utterance of a sentence that comes as text at a time, s, by any door.
 
-    Args:
-        text: the sentence; it may have capitals, digits and a full stop.
-        commands: what may be said; for other text the closest command is given.
-        halts: names of the commands that leave the robot at rest.
-        now: the time, s.
-        source: where it comes from.
+    The text may have capitals, digits and a full stop; `halts` are the commands that leave the
+    robot at rest.
     """
     return parsed_utterance(text, read_text(text, commands, halts), commands, now, source)
 

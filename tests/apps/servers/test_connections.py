@@ -17,8 +17,10 @@ from voz.apps.servers.connections import (
     ConnectionGuard,
     Peer,
     Places,
+    RateLimit,
     fitting,
     network_of,
+    rate_limit_per_client,
 )
 
 
@@ -141,3 +143,21 @@ def test_with_the_limit_of_most_systems_no_place_is_missing() -> None:
 )
 def test_all_addresses_of_one_owner_are_one(host: str, network: str) -> None:
     assert network_of((host, 1)) == network
+
+
+@given(st.lists(st.floats(0, 10), max_size=200))
+def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
+    limit, now, through = RateLimit(2.0, 5.0), 0.0, 0
+    for pause in pauses:
+        now += pause
+        through += limit.allows(now)
+        assert through <= 5 + 2 * now + 1e-6
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
+def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
+    limit_of, now = rate_limit_per_client(2.0, 5.0), 0.0
+    own = {one: RateLimit(2.0, 5.0) for one in "abc"}
+    for one, pause in asked:
+        now += pause
+        assert limit_of(one).allows(now) == own[one].allows(now)

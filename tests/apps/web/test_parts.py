@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.datastructures import Headers
 
-from voz.apps.servers.connections import RateLimit, rate_limit_per_client
 from voz.apps.web.access_control import MAX_SESSIONS, AccessControl, new_token
 from voz.apps.web.driver_lock import DRIVER_TIMEOUT, RELEASE_TIMEOUT, DriverLock
 from voz.apps.web.page_messages import MAX_REMEMBERED, EventHistory, encode_record
@@ -20,27 +19,6 @@ from voz.apps.web.page_sound import BLOCK_HEADER, MAX_BLOCK_SAMPLES, PageClock, 
 from voz.apps.web.picture import DeadReckoningPicture
 from voz.apps.web.websocket_api import device_name
 from voz.events import Attention, Notice, Reply, Twist, Utterance
-
-# Limits
-
-
-@given(st.lists(st.floats(0, 10), max_size=200))
-def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
-    limit, now, through = RateLimit(2.0, 5.0), 0.0, 0
-    for pause in pauses:
-        now += pause
-        through += limit.allows(now)
-        assert through <= 5 + 2 * now + 1e-6
-
-
-@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
-def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
-    limit_of, now = rate_limit_per_client(2.0, 5.0), 0.0
-    own = {one: RateLimit(2.0, 5.0) for one in "abc"}
-    for one, pause in asked:
-        now += pause
-        assert limit_of(one).allows(now) == own[one].allows(now)
-
 
 # Who drives
 

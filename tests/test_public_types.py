@@ -103,7 +103,7 @@ FUNCTIONS: dict[str, Callable[[Recognizer], Call]] = {
     "Controller.emit": lambda _: (drives().emit, (SAID,)),
     "Controller.zero": lambda _: (drives().zero, (1.0,)),
     "Controller.run": lambda _: (drives().run, ([],)),
-    "Recognizer": lambda r: (voz.Recognizer, (r.files, voz.Recognition(), None, False)),
+    "Recognizer": lambda r: (voz.Recognizer, (r.files, voz.Recognition(), None)),
     "Recognizer.reload": lambda r: (r.reload, (nothing,)),
     "Recognizer.set_false_alarm_rate": lambda r: (r.set_false_alarm_rate, (1.0,)),
     "Recognizer.expect": lambda r: (r.expect, ((),)),

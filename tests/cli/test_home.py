@@ -38,7 +38,6 @@ def called(code: str, *arguments: object, **environment: str) -> subprocess.Comp
     "arguments",
     [
         ["decode", "--profile", "ana", GO_BACK],
-        ["run", "--wav", GO_BACK, "--no-sound", "--adapt"],
         ["calibrate", "--list"],
         ["calibrate", "ana", "--delete"],
         ["calibrate", "ana", "--wav", "audio_fixtures"],

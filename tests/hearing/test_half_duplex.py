@@ -11,9 +11,6 @@ from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Utterance
 from voz.hearing.half_duplex import REVERBERATION_SECONDS, HalfDuplex
-from voz.language.language_files import LanguageFiles
-from voz.recognition.engine import learned_by
-from voz.settings import Recognition
 
 BLOCK = 480
 
@@ -167,21 +164,6 @@ def test_a_late_loudspeaker_moves_nothing_by_the_robot_s_words(
     found = heard(recognizer, (room * 32768).astype(np.int16), Loudspeaker(reply), ignored)
     assert found == []
     assert ignored == ["go forward"]
-
-
-def test_nothing_is_learned_of_the_speaker_from_what_was_played(
-    language: LanguageFiles, recordings: list[Recording]
-) -> None:
-    recognizer = Recognizer(language, Recognition(use_network=False), learning=True)
-    said = spoken(recordings, "go back")
-    reply = spoken(recordings, "go forward")[: -SAMPLE_RATE // 2]
-    without, with_reply = 0 * reply, np.concatenate([reply, 0 * said]) / 32768
-    heard(recognizer, np.concatenate([without, said]), None)
-    alone = learned_by(recognizer)
-    recognizer = Recognizer(language, Recognition(use_network=False), learning=True)
-    heard(recognizer, np.concatenate([without, said]), Loudspeaker(with_reply))
-    assert alone.frames > 0
-    assert learned_by(recognizer) == alone
 
 
 def test_what_somebody_else_says_after_a_reply_counts_and_the_same_words_a_little_later(

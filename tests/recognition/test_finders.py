@@ -21,8 +21,6 @@ from voz.recognition.finders import MAX_COMPARED, NetworkFinder, PocketsphinxFin
 from voz.recognition.language import Language, Shortlist, load_language
 from voz.recognition.network.score import PROPOSAL_BONUS, PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx.decoder import Decoder
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 
@@ -30,9 +28,7 @@ def finder(
     language: Language, settings: Recognition | None = None, network: PhonemeScorer | None = None
 ) -> NetworkFinder:
     scorer = network or scorer_for(language)
-    return NetworkFinder(
-        language, settings or Recognition(), Profile(), load_models().with_network, scorer
-    )
+    return NetworkFinder(language, settings or Recognition(), load_models().with_network, scorer)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +44,7 @@ def cut(recordings: list[Recording]) -> dict[str, Segment]:
 
 
 def understood(network_finder: NetworkFinder, segment: Segment) -> Hypothesis:
-    return network_finder.understand(segment, StartVector())
+    return network_finder.understand(segment)
 
 
 def proposes(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
@@ -251,9 +247,7 @@ def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_
 
 
 def alone(language: Language, settings: Recognition | None = None) -> PocketsphinxFinder:
-    return PocketsphinxFinder(
-        language, settings or Recognition(), Profile(), load_models().without_network
-    )
+    return PocketsphinxFinder(language, settings or Recognition(), load_models().without_network)
 
 
 @pytest.fixture(scope="module")
@@ -273,7 +267,7 @@ def test_commands_are_found_and_there_is_a_next_best(
     ear_alone: PocketsphinxFinder, loaded: Language, clips: dict[str, Segment]
 ) -> None:
     for text in loaded.commands:
-        heard = ear_alone.understand(clips[text], StartVector())
+        heard = ear_alone.understand(clips[text])
         assert (heard.text, heard.speech_probability) == (text, 1)
         assert {*heard.features} == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
         assert heard.next_best in {*loaded.commands} - {text}
@@ -285,7 +279,7 @@ def test_the_reason_of_a_refusal_is_found_in_the_sound(
     ear_alone: PocketsphinxFinder, clips: dict[str, Segment]
 ) -> None:
     def why(segment: Segment) -> str:
-        return ear_alone.understand(segment, StartVector()).why_refused()[0]
+        return ear_alone.understand(segment).why_refused()[0]
 
     assert why(clips["point"]) == "part_of_a_command"
     assert why(clips["the weather is nice today"]) == "not_a_command"
@@ -300,7 +294,7 @@ def test_a_sound_too_short_for_any_command_is_said_to_be_so(
     build(tmp_path / "list.txt", tmp_path)
     patient = alone(load_language(LanguageFiles(tmp_path)))
     sound = clips["stop"].samples[: SAMPLE_RATE // 2]
-    heard = patient.understand(Segment(0, 0.5, 0.5, sound), StartVector())
+    heard = patient.understand(Segment(0, 0.5, 0.5, sound))
     assert (heard.text, heard.features, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)
 
@@ -309,11 +303,9 @@ def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
     loaded: Language, clips: dict[str, Segment]
 ) -> None:
     trigrams = alone(loaded, Recognition(search="lm"))
-    heard = trigrams.understand(clips["go back"], StartVector())
+    heard = trigrams.understand(clips["go back"])
     assert (heard.text, bool(heard.features)) == ("go back", True)
-    others = [
-        trigrams.understand(s, StartVector()) for t, s in clips.items() if t not in loaded.commands
-    ]
+    others = [trigrams.understand(s) for t, s in clips.items() if t not in loaded.commands]
     words = [each for each in others if each.text and each.text not in loaded.commands]
     assert words
     assert all((each.features, each.probability) == ({}, 0) for each in words)
@@ -323,6 +315,6 @@ def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
 def test_a_tap_is_no_speech(ear_alone: PocketsphinxFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     taps = 8000 * np.exp(-time % 0.2 * 60) * np.sin(2 * np.pi * 900 * time)
-    heard = ear_alone.understand(Segment(0, 1, 1, taps.astype(np.int16)), StartVector())
+    heard = ear_alone.understand(Segment(0, 1, 1, taps.astype(np.int16)))
     assert heard.probability == 0
     assert heard.why_refused() in (("no_speech", None), ("too_short", None))

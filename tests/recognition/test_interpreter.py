@@ -24,25 +24,21 @@ from voz.recognition.confidence import SCORE, Context
 from voz.recognition.decision import Decision, Hypothesis, Requirement, decide
 from voz.recognition.interpreter import Details, Interpreter, with_details
 from voz.recognition.language import Language
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.profiles import Profile
+from voz.recognition.profiles import Profile
 from voz.settings import Recognition
-
-BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
-"""What was learned of a microphone that is quite another one."""
 
 ALONE = Recognition(use_network=False)
 
 
 @pytest.fixture(scope="module")
 def interpreter(loaded: Language) -> Interpreter:
-    return Interpreter(loaded, Recognition(), Profile(), learning=False)
+    return Interpreter(loaded, Recognition(), Profile())
 
 
 @pytest.fixture(scope="module")
 def alone(loaded: Language) -> Interpreter:
     """Pocketsphinx, which what is known of a speaker helps."""
-    return Interpreter(loaded, ALONE, Profile(), learning=False)
+    return Interpreter(loaded, ALONE, Profile())
 
 
 @pytest.fixture(scope="module")
@@ -123,30 +119,14 @@ def test_a_list_of_longer_commands_may_take_longer(
     longer = dataclasses.replace(
         loaded, commands=plain_commands([*loaded.commands, " ".join(["stop"] * (words + 1))])
     )
-    patient = Interpreter(longer, ALONE, Profile(), learning=False)
+    patient = Interpreter(longer, ALONE, Profile())
     assert patient.longest > interpreter.longest
-
-
-def test_what_is_known_of_the_speaker_is_used(
-    alone: Interpreter, loaded: Language, recordings: list[Recording]
-) -> None:
-    biased = Interpreter(loaded, ALONE, Profile(BAD_START), learning=False)
-    segment = of(recordings, "turn left")
-    assert not same(biased.understand(segment), alone.understand(segment))
-
-
-def test_the_network_is_not_misled_by_what_is_known_of_another_microphone(
-    interpreter: Interpreter, loaded: Language, clips: list[Recording]
-) -> None:
-    biased = Interpreter(loaded, Recognition(), Profile(BAD_START), learning=False)
-    heard = [biased.understand(segment_of(clip)) for clip in clips]
-    assert [each.text for each in heard] == [clip.text for clip in clips]
 
 
 def test_a_speaker_who_is_worth_more_trust_gets_it(
     interpreter: Interpreter, loaded: Language, recordings: list[Recording]
 ) -> None:
-    trusted = Interpreter(loaded, Recognition(), Profile(log_odds=math.log(4)), learning=False)
+    trusted = Interpreter(loaded, Recognition(), Profile(log_odds=math.log(4)))
     segment = next(
         segment_of(r) for r in recordings if r.kind == "near-miss" and r.text.startswith("go")
     )
@@ -214,50 +194,10 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
 
 def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
     two = dataclasses.replace(loaded, commands=plain_commands(["stop", "stop speech"]))
-    interpreter = Interpreter(two, ALONE, Profile(), learning=False)
+    interpreter = Interpreter(two, ALONE, Profile())
     assert interpreter.has_continuation("stop")
     assert not interpreter.has_continuation("stop speech")
     assert not interpreter.has_continuation("sto")
-
-
-def test_nothing_is_learnt_unless_it_was_made_to(
-    interpreter: Interpreter, recordings: list[Recording]
-) -> None:
-    before = interpreter.learned
-    interpreter.learn(interpreter.understand(of(recordings, "go forward")))
-    assert interpreter.learned is before
-
-
-def test_what_is_learnt_of_a_microphone_is_for_pocketsphinx_alone(
-    loaded: Language, recordings: list[Recording]
-) -> None:
-    """The network needs none of it."""
-    learning = Interpreter(loaded, Recognition(), Profile(), learning=True)
-    learning.learn(learning.understand(of(recordings, "go forward", "festival_kal")))
-    assert learning.learned == StartVector()
-
-
-def test_a_command_that_fits_closely_teaches_and_what_is_none_does_not(
-    loaded: Language, recordings: list[Recording]
-) -> None:
-    learning = Interpreter(loaded, ALONE, Profile(), learning=True)
-    miss = next(segment_of(r) for r in recordings if r.kind == "near-miss")
-    learning.learn(learning.understand(miss))
-    assert learning.learned.frames == 0
-    assert learning.learned.share < StartVector().share
-    learning.learn(learning.understand(of(recordings, "go forward", "festival_kal")))
-    assert learning.learned.frames > 0
-
-
-def test_what_is_understood_only_without_what_was_learnt_is_doubted(
-    loaded: Language, recordings: list[Recording]
-) -> None:
-    segment = of(recordings, "go forward", "festival_kal")
-    wrong = StartVector((60.0, *[-40.0] * 12), 1000)
-    learning = Interpreter(loaded, ALONE, Profile(wrong), learning=True)
-    learning.learn(learning.understand(segment))
-    assert learning.learned.doubts == 1
-    assert learning.learned.frames == wrong.frames
 
 
 def test_a_stop_is_spotted_before_it_is_over_and_other_commands_are_not(

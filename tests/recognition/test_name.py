@@ -41,7 +41,7 @@ from voz.recognition.name import (
 )
 from voz.recognition.network.ctc import Floats, lattice
 from voz.recognition.network.score import PhonemeScorer, scorer_for
-from voz.recognition.speaker.profiles import Profile
+from voz.recognition.profiles import Profile
 from voz.recognition.thresholds import NAME_THRESHOLD
 from voz.settings import Recognition
 
@@ -361,7 +361,7 @@ def test_what_is_not_surely_the_name_does_not_wake() -> None:
     segment = Segment(0.0, 1.0, 1.2, amid_silence(ROBOT_NAME))
     settings = voz.Recognition(name=ROBOT_NAME)
     language = with_more_words(load_language(LanguageFiles(PACKAGED_FOLDER)), settings)
-    interpreter = Interpreter(language, settings, Profile(), learning=False)
+    interpreter = Interpreter(language, settings, Profile())
     for sure in (0.4, 0.6):
         hypothesis = Hypothesis(segment, ROBOT_NAME, 1.0, probability=sure, named=True)
         decision = interpreter.rule.decide(hypothesis, Context.QUIET)

@@ -10,7 +10,7 @@ import pytest
 import soundfile
 import soxr
 from recordings import ROOT
-from spanish import LIKE, spanish
+from spanish import spanish
 
 from voz.api.recognizer import Recognizer
 from voz.audio import Samples
@@ -22,7 +22,6 @@ from voz.language.spoken_language import find_sources, read_language
 from voz.recognition.language import Language, load_language
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import scorer_for, why_missing
-from voz.recognition.speaker.adaptation import Aligner
 from voz.settings import Recognition, SpokenLanguage
 from voz.speech.synthesis import render
 
@@ -68,15 +67,6 @@ def test_commands_in_spanish_are_understood(files: LanguageFiles, tmp_path: Path
         (heard,) = recognizer.utterances([said(text, tmp_path)], "")
         assert (heard.text, heard.accepted) == (text, True)
         assert heard.score is None  # pocketsphinx alone decided
-
-
-@pytest.mark.slow
-def test_a_speaker_of_spanish_can_be_learnt(in_spanish: Language, tmp_path: Path) -> None:
-    text = "gira a la derecha"
-    aligned = Aligner(in_spanish).align(said(text, tmp_path), text, "45,3,-1")
-    names = list(LIKE)
-    assert aligned
-    assert {names[number] for number in aligned.phones} == set("jiraldech") - {"c", "h"} | {"ch"}
 
 
 def test_nothing_of_english_is_added(in_spanish: Language) -> None:

@@ -14,7 +14,7 @@ from voz.errors import CommandsError
 from voz.files import is_file
 from voz.language.language_files import LanguageFiles, find_language
 from voz.printable import shown_value
-from voz.recognition.speaker.profiles import load_profile
+from voz.recognition.profiles import load_profile
 from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
 

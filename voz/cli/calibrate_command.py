@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from voz.apps.recordings.calibration import Calibration, Said, Score
     from voz.language.language_files import LanguageFiles
     from voz.recognition.engine import RecognitionEngine
-    from voz.recognition.speaker.profiles import Profile
     from voz.settings import Recognition
 
 
@@ -39,16 +38,16 @@ def calibrate(
         bool, typer.Option("--delete", help="Delete the profile and its recordings.")
     ] = False,
 ) -> None:
-    """Get to know a speaker and a microphone in two minutes.
+    """Find out in two minutes how well a speaker is understood.
 
-    Shows commands to say and what is heard, keeps the recordings, and finds out what helps to
-    understand them. What is heard wrongly is asked for once more.
+    Shows commands to say and what is heard, and keeps the recordings. What is heard wrongly is
+    asked for once more. If many are heard right and refused, the profile trusts the speaker more.
     `voz run --profile NAME` and `voz decode --profile NAME` use it. Ctrl-C stops, and the same
     call goes on.
 
     Example: voz calibrate ana
     """
-    from voz.recognition.speaker import profiles
+    from voz.recognition import profiles
 
     if list_profiles:
         show(*profiles.profile_names())
@@ -84,7 +83,7 @@ def make_profile(
     from voz.apps.recordings.manifest import MANIFEST_NAME
     from voz.language.language_files import read_sentences
     from voz.recognition.engine import RecognitionEngine
-    from voz.recognition.speaker.profiles import profile_folder
+    from voz.recognition.profiles import profile_folder
 
     commands = read_sentences(language)
     own = profile_folder(name) / "recordings"
@@ -105,30 +104,19 @@ def make_profile(
 def report(found: Calibration, sentences: int) -> list[str]:
     """Write what was found as a table, and what is kept."""
     lines = [
-        f"{sentences} sentences, each heard by what the others gave:",
+        f"{sentences} sentences:",
         f"{'':20}{'right':>8}{'obeyed':>8}{'wrongly obeyed':>17}",
     ]
     for title, score in (("before", found.before), ("with the profile", found.after)):
         lines.append(f"{title:20}{_score_columns(score)}")
-    kept = _profile_parts(found.profile)
-    lines.append(f"kept: {', '.join(kept)}" if kept else "kept: nothing, for nothing is better")
-    return lines
+    odds = math.exp(found.profile.log_odds)
+    kept = "as sure as for others" if odds == 1 else f"{odds:.0f} times the odds"
+    return [*lines, f"kept: {kept}"]
 
 
 def _score_columns(score: Score) -> str:
     right, obeyed, wrong = (n / score.sentences for n in (score.right, score.accepted, score.wrong))
     return f"{right:8.2f}{obeyed:8.2f}{wrong:17.2f}"
-
-
-def _profile_parts(profile: Profile) -> list[str]:
-    kept = []
-    if profile.start.frames:
-        kept.append("the start of the cepstral mean")
-    if profile.mllr:
-        kept.append("a transform of the acoustic model")
-    if profile.log_odds:
-        kept.append(f"{math.exp(profile.log_odds):.0f} times the odds")
-    return kept
 
 
 def _record(
@@ -181,20 +169,15 @@ def _calibrate(
     said: list[Said], language: LanguageFiles, settings: Recognition, name: str
 ) -> Calibration:
     """Find the profile and keep it, with a progress bar."""
-    import tempfile
-
     from rich.console import Console
     from rich.progress import Progress
 
-    from voz.apps.recordings.calibration import CALIBRATION_STEPS, calibrate
-    from voz.recognition.speaker.profiles import save_profile
+    from voz.apps.recordings.calibration import DOUBLINGS, calibrate
+    from voz.recognition.profiles import save_profile
 
     console = Console(stderr=True)
-    with (
-        tempfile.TemporaryDirectory(prefix="voz-") as folder,
-        Progress(console=console, transient=True, disable=not console.is_terminal) as bar,
-    ):
-        task = bar.add_task("Trying what helps", total=CALIBRATION_STEPS)
-        found = calibrate(said, language, settings, Path(folder), lambda: bar.advance(task))
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("Trying what helps", total=len(DOUBLINGS))
+        found = calibrate(said, language, settings, lambda: bar.advance(task))
         save_profile(name, found.profile)
     return found

@@ -208,11 +208,11 @@ def _decode_pipe(
     from voz.apps.batch.outcomes import SilentRow
     from voz.cli.decode_output import writer
     from voz.recognition.engine import RecognitionEngine
-    from voz.recognition.speaker.profiles import load_profile
+    from voz.recognition.profiles import load_profile
 
     if len(paths) > 1 or options.out or options.textgrids:
         raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
-    known = load_profile(options.profile) if options.profile else None
+    known = load_profile(options.profile, warn) if options.profile else None
     recognizer = RecognitionEngine(language, settings.recognition, known)
     write = writer(options)
     blocks = piped_blocks(_stdin(), options.rate)
@@ -261,9 +261,9 @@ def _batch_decoder(
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import digest_of, header_for
     from voz.apps.batch.worker import WorkerSetup
-    from voz.recognition.speaker.profiles import load_profile
+    from voz.recognition.profiles import load_profile
 
-    known = load_profile(options.profile) if options.profile else None
+    known = load_profile(options.profile, warn) if options.profile else None
     header = header_for(language, settings.recognition, known)
     details = options.details
     header = replace(header, words=details.words, best=details.best)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO, TypeAlias
+from typing import TYPE_CHECKING, TextIO
 
 import typer
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
     from voz.recognition.engine import RecognitionEngine
-    from voz.recognition.speaker.profiles import Profile
     from voz.run.clocks import Source
     from voz.run.live import CommandService, OtherRecognizer, Page
     from voz.run.robots import RunRobots
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from voz.settings import Ros2
     from voz.terminal.live_terminal import LiveTerminal
 
-    RecognizerAt: TypeAlias = Callable[[str], AbstractContextManager[RecognitionEngine]]
-    """Loads the recognizer, by the place where it hears: a microphone, or recordings."""
 
 BROWSER_DEVICE = "browser"
 """The name of the microphone of the operator's page, for `--device`."""
@@ -71,6 +68,8 @@ def run(options: RunOptions) -> None:
     from voz.run.spec import RunSpec
 
     options.check()
+    if options.adapt:
+        warn("--adapt is no longer used: the network need not learn a voice")
     settings = options.settings()
     options.check_outputs(settings)
     options.check_service(settings)
@@ -184,7 +183,7 @@ def _source(
     options: RunOptions,
     settings: Config,
     commands: Commands,
-    load: RecognizerAt,
+    load: Callable[[], RecognitionEngine],
     opened: ExitStack,
     unreadable: list[str],
 ) -> tuple[Source, list[Part]]:
@@ -204,7 +203,7 @@ def _source(
 
         bag, content = options.replay, read_sayings(options.replay)
         return lambda _: sources.bag_items(bag, content, commands, halts), []
-    recognizer = opened.enter_context(load("recordings"))
+    recognizer = load()
     recorded = partial(sources.recorded_items, options.recordings, recognizer, unreadable)
     return lambda _: recorded(), [partial(hear_answers, recognizer=recognizer)]
 
@@ -249,7 +248,7 @@ def _live(
     options: RunOptions,
     settings: Config,
     terminal: LiveTerminal | None,
-    load: RecognizerAt,
+    load: Callable[[], RecognitionEngine],
     opened: ExitStack,
 ) -> Part:
     """Open what hears, and say what drives besides."""
@@ -259,7 +258,7 @@ def _live(
 
     microphone = _chosen_microphone(options)
     site = opened.enter_context(_page_site(options)) if options.web else None
-    recognizer = opened.enter_context(load(microphone or BROWSER_DEVICE))
+    recognizer = load()
     file = options.settings_file
     return partial(
         drive_live,
@@ -329,45 +328,14 @@ def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     )
 
 
-@contextmanager
 def _recognizer(
-    options: RunOptions, settings: Config, language: LanguageFiles, place: str
-) -> Iterator[RecognitionEngine]:
-    """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
-    from voz.language.language_files import read_language_info
-    from voz.recognition.engine import RecognitionEngine, learned_by
-    from voz.recognition.speaker.profiles import (
-        USUAL_PROFILE,
-        learned_file,
-        load_profile,
-        save_learned,
-    )
+    options: RunOptions, settings: Config, language: LanguageFiles
+) -> RecognitionEngine:
+    """Load the recognizer."""
+    from voz.recognition.engine import RecognitionEngine
+    from voz.recognition.profiles import load_profile
 
-    known = load_profile(options.profile) if options.profile else None
-    if not options.adapt:
-        recognizer = RecognitionEngine(language, settings.recognition, known)
-        warn(recognizer.name_advice)
-        yield recognizer
-        return
-    # For each acoustic model, by its digest; English has none.
-    where = f"{place} {read_language_info(language).model}".strip()
-    learned = learned_file(options.profile or USUAL_PROFILE, where)
-    known = _with_learned(known, learned)
-    recognizer = RecognitionEngine(language, settings.recognition, known, learning=True)
+    known = load_profile(options.profile, warn) if options.profile else None
+    recognizer = RecognitionEngine(language, settings.recognition, known)
     warn(recognizer.name_advice)
-    try:
-        yield recognizer
-    finally:
-        warn(save_learned(learned, learned_by(recognizer)))
-
-
-def _with_learned(known: Profile | None, path: Path) -> Profile:
-    """Replace what the profile starts from by what was learned in earlier runs."""
-    from msgspec.structs import replace
-
-    from voz.recognition.speaker.profiles import Profile, load_learned
-
-    learned, problem = load_learned(path)
-    warn(problem)
-    known = known or Profile()
-    return replace(known, start=learned) if learned.frames else known
+    return recognizer

@@ -113,13 +113,7 @@ class RunOptions(RecognizerOptions):
     ] = None
     zeroconf: ZeroconfOption = True
     profile: ProfileOption = None
-    adapt: Annotated[
-        bool,
-        typer.Option(
-            "--adapt",
-            help="Learn speaker and microphone, also for later runs; without the network only.",
-        ),
-    ] = False
+    adapt: Annotated[bool, typer.Option("--adapt", hidden=True)] = False
 
     @property
     def recordings(self) -> list[Path]:
@@ -173,7 +167,7 @@ class RunOptions(RecognizerOptions):
     def _profile(self) -> Path | None:
         if self.profile is None:
             return None
-        from voz.recognition.speaker.profiles import profile_folder
+        from voz.recognition.profiles import profile_folder
 
         return profile_folder(self.profile)
 

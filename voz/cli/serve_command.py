@@ -44,11 +44,11 @@ def serve(options: ServeOptions) -> None:
     require("wyoming", "wyoming", "zeroconf")
     from voz.apps.wyoming.wyoming_server import serve as serve_wyoming
     from voz.recognition.engine import RecognitionEngine
-    from voz.recognition.speaker.profiles import load_profile
+    from voz.recognition.profiles import load_profile
 
     settings = options.settings()
     language = options.language(settings)
-    known = load_profile(options.profile) if options.profile else None
+    known = load_profile(options.profile, warn) if options.profile else None
     recognizer = RecognitionEngine(language, settings.recognition, known)
     ready = partial(info, f"serving at {options.wyoming}")
     examples = recognizer.commands.examples()

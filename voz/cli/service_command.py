@@ -83,7 +83,7 @@ def _check(options: list[str]) -> None:
 
 def _look_at(options: RunOptions) -> None:
     """Refuse names of missing files and devices; nothing is opened."""
-    from voz.recognition.speaker.profiles import load_profile
+    from voz.recognition.profiles import load_profile
     from voz.robot.factory import robot_names
 
     options.check()

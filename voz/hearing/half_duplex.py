@@ -243,7 +243,7 @@ class HalfDuplex:
 
     def _says(self, played: npt.NDArray[np.float32], text: str) -> bool:
         """Whether a command is heard in what was played, 16 kHz: without a room it is clear."""
-        own = open_stream(self._recognizer, self._source, spotting=False, learns=False)
+        own = open_stream(self._recognizer, self._source, spotting=False)
         return any(heard.text == text for heard in feed_all(own, [to_int16(played)]))
 
     def _is_said(self, event: Utterance, limits: PlaybackLimits) -> bool:

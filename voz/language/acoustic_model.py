@@ -104,15 +104,6 @@ class AcousticModel:
         """Log weights of senones, shape (streams, n, Gaussians)."""
         return np.asarray(-WEIGHT_UNIT * self.weights[:, :, senones].transpose(0, 2, 1))
 
-    def expected(self, phones: Indices, senones: Indices) -> Floats:
-        """Return the mean cepstra of n states by their phones and senones, shape (n, 13).
-
-        They are relative to the mean of an utterance.
-        """
-        weights = np.exp(self.log_weights(senones)[0])
-        means = self.means[phones, 0]
-        return np.asarray(np.einsum("ng,ngc->nc", weights, means) / weights.sum(1)[:, None])
-
 
 def read_durations(folder: Path) -> Floats:
     """Read how many frames each phone lasts on average; raises LanguageError."""

@@ -21,8 +21,7 @@ from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import Context, Model
 from voz.recognition.interpreter import NO_DETAILS, Details, Interpreter
 from voz.recognition.language import load_language, with_more_words
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.profiles import Profile
+from voz.recognition.profiles import Profile
 from voz.recognition.spotting import PlaybackSpotter
 from voz.recognition.stream import Stream
 from voz.records import PublicNames, check_callable, check_iterable, check_type
@@ -58,7 +57,6 @@ class RecognitionEngine(PublicNames):
         language: LanguageFiles,
         settings: Recognition,
         profile: Profile | None = None,
-        learning: bool = False,
     ) -> None:
         """Load the models.
 
@@ -66,7 +64,6 @@ class RecognitionEngine(PublicNames):
             language: the language files.
             settings: which search, which thresholds, and how early to decide.
             profile: of the speaker and the microphone.
-            learning: whether to adapt to each utterance.
 
         Raises:
             LanguageError: the language files cannot be used.
@@ -76,11 +73,9 @@ class RecognitionEngine(PublicNames):
         check_type(LanguageFiles, language, "language")
         check_type(Recognition, settings, "settings")
         check_type((Profile, type(None)), profile, "profile")
-        check_type(bool, learning, "learning")
         self.files = language
         self._settings = settings
         self._profile = profile or Profile()
-        self._learning = learning
         self._interpreter = self._load()
         self._early = settings.early_decision
 
@@ -88,7 +83,7 @@ class RecognitionEngine(PublicNames):
         with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
             language = with_more_words(load_language(self.files), self._settings)
             settings = _as_in_list(self._settings, language.commands)
-            return Interpreter(language, settings, self._profile, self._learning)
+            return Interpreter(language, settings, self._profile)
 
     def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
         """Read the language files again, for the streams that begin from now on.
@@ -102,7 +97,6 @@ class RecognitionEngine(PublicNames):
         check_callable(check, "check")
         renewed = self._load()
         check(renewed.commands)
-        renewed.learned = self._interpreter.learned
         self._interpreter = renewed
         # Another thread may have set it meanwhile.
         renewed.rule.set_false_alarm_rate(self._settings)
@@ -146,7 +140,7 @@ class RecognitionEngine(PublicNames):
     def utterances(
         self, blocks: Iterable[Samples], source: str, details: Details = NO_DETAILS
     ) -> Iterator[Utterance]:
-        """Recognize a recording, independently of others unless it is learning.
+        """Recognize a recording, independently of others.
 
         Args:
             blocks: samples, 16 kHz, in blocks of any size.
@@ -203,7 +197,6 @@ def open_stream(
     source: str,
     spotting: bool = True,
     details: Details = NO_DETAILS,
-    learns: bool = True,
 ) -> Stream:
     """Begin an independent stream.
 
@@ -212,20 +205,14 @@ def open_stream(
         source: its name, for utterances.
         spotting: whether to report a possible `stop` before the sound around it pauses.
         details: what utterances have besides.
-        learns: whether a recognizer that is learning learns from it.
     """
     interpreter, early = recognizer._interpreter, recognizer._early
-    return Stream(interpreter, source, early, spotting, details, learns)
+    return Stream(interpreter, source, early, spotting, details)
 
 
 def confidence_model(recognizer: RecognitionEngine) -> Model:
     """Return the model of the confidence."""
     return recognizer._interpreter.model
-
-
-def learned_by(recognizer: RecognitionEngine) -> StartVector:
-    """Return what was learned of the microphone and the speaker."""
-    return recognizer._interpreter.learned
 
 
 def candidates_in(recognizer: RecognitionEngine, blocks: Iterable[Samples]) -> Iterator[Candidate]:

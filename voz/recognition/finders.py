@@ -43,8 +43,6 @@ from voz.recognition.pocketsphinx.evidence import (
     features,
     voices_around,
 )
-from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.profiles import Profile
 from voz.recognition.thresholds import MIN_SCORE_AFTER_NAME, NAME_THRESHOLD
 from voz.settings import Recognition
 
@@ -68,9 +66,7 @@ MAX_REFINEMENTS = 3
 class CommandFinder(Protocol):
     """Finds the command in a segment."""
 
-    def understand(
-        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
-    ) -> Hypothesis:
+    def understand(self, segment: Segment, answers: Sequence[str] = ()) -> Hypothesis:
         """Find the command, or the answer, of a segment, with the probability that it was said."""
 
 
@@ -95,12 +91,11 @@ class NetworkFinder:
         self,
         language: Language,
         settings: Recognition,
-        profile: Profile,
         model: Model,
         network: PhonemeScorer,
     ) -> None:
         """Load pocketsphinx; LanguageError if it cannot use the language files."""
-        self._decoder = Decoder(language, settings.search, profile.mllr)
+        self._decoder = Decoder(language, settings.search)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
         self._never_missed = frozenset(settings.never_missed)
@@ -119,12 +114,10 @@ class NetworkFinder:
             return None
         return self._network.sentence_search(automaton)
 
-    def understand(
-        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
-    ) -> Hypothesis:
+    def understand(self, segment: Segment, answers: Sequence[str] = ()) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
         sound = denoise_if_noisy(segment.samples)
-        proposed = self._decoder.decode(sound, learned.moved(mean_start(sound)))
+        proposed = self._decoder.decode(sound, mean_start(sound))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         likelihoods = self._network.phone_likelihoods(segment.with_surroundings)
@@ -299,26 +292,22 @@ LONG_SEGMENT = 3.0
 class PocketsphinxFinder:
     """Finds commands and their probability by pocketsphinx."""
 
-    def __init__(
-        self, language: Language, settings: Recognition, profile: Profile, model: Model
-    ) -> None:
+    def __init__(self, language: Language, settings: Recognition, model: Model) -> None:
         """Load pocketsphinx; LanguageError if it cannot use the language files."""
         self._commands = language.commands
-        self._command_search = CommandSearch(language, settings.never_missed, profile.mllr)
+        self._command_search = CommandSearch(language, settings.never_missed)
         alone = settings.search == "grammar" and self._command_search.finds_alone
-        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
+        self._decoder = None if alone else Decoder(language, settings.search)
         self._phones_of = language.pocketsphinx_words
         self._usual = language.spoken.frames
         self._model = model
         self._voice = shared_voice_detector()
 
-    def understand(
-        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
-    ) -> Hypothesis:
+    def understand(self, segment: Segment, answers: Sequence[str] = ()) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
         spoken_until = segment.end - SEGMENT_MARGIN / SAMPLE_RATE
         sound = denoise_if_noisy(segment.samples)
-        start = learned.moved(mean_start(sound))
+        start = mean_start(sound)
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command
             return Hypothesis(segment, text, spoken_until)

@@ -9,7 +9,6 @@ from typing import Annotated
 import msgspec
 from msgspec.structs import replace
 
-from voz.audio.denoise import denoise_if_noisy
 from voz.audio.segment import CONTEXT_SAMPLES, MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
 from voz.events import Alternative, PossibleCommand, Utterance
@@ -28,9 +27,7 @@ from voz.recognition.language import MAX_NEVER_MISSED, Language
 from voz.recognition.name import NAME_SAMPLES_BEFORE, advice_on_name
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import PhonemeScorer, scorer_for
-from voz.recognition.pocketsphinx.decoder import mean_start
-from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
-from voz.recognition.speaker.profiles import Profile
+from voz.recognition.profiles import Profile
 from voz.recognition.spotting import KeywordSpotter, SpottedCommand
 from voz.records import CheckedRecord
 from voz.settings import Recognition
@@ -57,7 +54,6 @@ class Interpreter:
     """Finds and judges commands in segments, on any thread.
 
     Attributes:
-        learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
         samples_before: samples that it needs from before each segment.
         rule: decides what is accepted.
@@ -69,11 +65,9 @@ class Interpreter:
         language: Language,
         settings: Recognition,
         profile: Profile,
-        learning: bool,
     ) -> None:
         """Load the models; arguments and errors are those of `Recognizer`."""
         profile.check_model(language.spoken.model)
-        self.learned = profile.start
         self.commands = language.commands
         network = _network(language, settings.network) if settings.use_network else None
         if settings.more_than_commands and not network:
@@ -82,15 +76,9 @@ class Interpreter:
         models = load_models(settings.confidence)
         model = models.with_network if network else models.without_network
         self.model = with_log_odds(model, profile.log_odds)
-        finder = (
-            NetworkFinder(language, settings, profile, self.model, network) if network else None
-        )
-        self._finder: CommandFinder = finder or PocketsphinxFinder(
-            language, settings, profile, self.model
-        )
+        finder = NetworkFinder(language, settings, self.model, network) if network else None
+        self._finder: CommandFinder = finder or PocketsphinxFinder(language, settings, self.model)
         self._name_finder = finder if settings.name else None
-        # The network needs none of what pocketsphinx learns of a microphone.
-        self._aligner = Aligner(language) if learning and not network else None
         self._name = settings.name
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
         self._name_advice = (
@@ -107,13 +95,10 @@ class Interpreter:
     def understand(self, segment: Segment) -> Hypothesis:
         """Find the command of a segment; see `CommandFinder`."""
         with self._lock:
-            return self._understand(segment, self.learned)
-
-    def _understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
-        if self._is_too_long(segment):
-            # No command, and it would take long to find that out.
-            return Hypothesis(segment, "", segment.end)
-        return self._finder.understand(segment, learned, self.rule.answers)
+            if self._is_too_long(segment):
+                # No command, and it would take long to find that out.
+                return Hypothesis(segment, "", segment.end)
+            return self._finder.understand(segment, self.rule.answers)
 
     def _is_too_long(self, segment: Segment) -> bool:
         return segment.end - segment.start > self.longest
@@ -140,28 +125,6 @@ class Interpreter:
             score=round(said.score, 2),
             command=self.command_name(said.text),
         )
-
-    def learn(self, heard: Hypothesis) -> None:
-        """If it is learning, learn from an utterance, or doubt what was learned."""
-        if self._aligner:
-            with self._lock:
-                self._learn(heard, self._aligner)
-
-    def _learn(self, heard: Hypothesis, aligner: Aligner) -> None:
-        if teaches(heard.features, heard.speech_probability):
-            sound = denoise_if_noisy(heard.segment.samples)
-            start = mean_start(sound)
-            observed = aligner.observe(sound, heard.text, start, self.learned)
-            if observed:
-                self.learned = self.learned.updated(observed)
-        elif self.learned.frames and self._teaches_without(heard.segment):
-            self.learned = self.learned.with_contradiction()
-        else:
-            self.learned = self.learned.with_unused()
-
-    def _teaches_without(self, segment: Segment) -> bool:
-        heard = self._understand(segment, StartVector())
-        return teaches(heard.features, heard.speech_probability)
 
     @property
     def has_name(self) -> bool:

@@ -35,10 +35,8 @@ class Stream:
         early: float,
         spotting: bool,
         details: Details = NO_DETAILS,
-        learns: bool = True,
     ) -> None:
         self._interpreter = interpreter
-        self._learns = learns
         self._spotting = spotting
         self._source = source
         self._details = details
@@ -160,8 +158,6 @@ class Stream:
                 self._name_until = heard.spoken_until
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
-        if self._learns:
-            self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it
 
 
 def _between(one: Segment | None, other: SegmenterEvent) -> Context:

@@ -28,7 +28,7 @@ from voz.language.language_files import (
 )
 from voz.language.spoken_language import configured_language
 from voz.recognition.engine import RecognitionEngine
-from voz.recognition.speaker.profiles import load_profile
+from voz.recognition.profiles import load_profile
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
 from voz.run.command_check import matched_settings
@@ -104,7 +104,7 @@ def load_recognizer(settings: Config) -> tuple[Config, RecognitionEngine]:
         for warning in warnings:
             load_rospy().logwarn(warning)
         profile = text("profile")
-        known = load_profile(profile) if profile else None
+        known = load_profile(profile, load_rospy().logwarn) if profile else None
         recognizer = RecognitionEngine(language, settings.recognition, known)
     return matched_settings(settings, recognizer.commands), recognizer
 

@@ -78,7 +78,7 @@ def test_what_is_heard_is_shown_and_what_is_heard_wrongly_is_asked_for_once_more
     assert say(["go back"], tmp_path / "other", recognizer, *speech) == [
         "1 of 1 say: go back",
         "heard: start speech; say again: go back",
-        "heard: stop speech; kept, to learn how you say it",
+        "heard: stop speech; kept as it is",
     ]
     (kept,) = read_saved_recordings(tmp_path / "other", ["go back"])
     assert check_recording("go back", kept.samples, recognizer) == (False, "stop speech")

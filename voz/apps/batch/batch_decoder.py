@@ -27,7 +27,7 @@ from voz.apps.batch.worker import WorkerSetup
 from voz.events import Utterance
 from voz.process.worker_pool import cores
 from voz.recognition.interpreter import Details
-from voz.recognition.speaker.profiles import load_profile
+from voz.recognition.profiles import load_profile
 from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
 

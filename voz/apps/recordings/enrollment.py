@@ -114,7 +114,7 @@ def _listen_for(
             right, heard = check_recording(text, samples, recognizer)
             misheard += not right
             if right or misheard == MOST_TRIES:
-                learning = "" if right else "; kept, to learn how you say it"
+                learning = "" if right else "; kept as it is"
                 console.print(f"{PROMPT_INDENT}heard: {heard}{learning}")
                 return samples
             complaint = f"heard: {heard}"

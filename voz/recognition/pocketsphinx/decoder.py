@@ -35,19 +35,16 @@ CHUNK = 800
 class Decoder:
     """Finds the sentence of an utterance."""
 
-    def __init__(
-        self, language: Language, search: Search = "grammar", mllr: str | None = None
-    ) -> None:
+    def __init__(self, language: Language, search: Search = "grammar") -> None:
         """Load the model; LanguageError if pocketsphinx cannot use the language files.
 
         Args:
             language: the commands.
             search: "grammar" gives whole commands only, "lm" any sequence of their words.
-            mllr: file with a speaker's transform of the acoustic model.
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
         beams = {} if search == "lm" else GRAMMAR_BEAMS
-        self._decoder = load_decoder(language, bestpath=search == "lm", mllr=mllr, **beams)
+        self._decoder = load_decoder(language, bestpath=search == "lm", **beams)
         files = language.files
         source = files.lm if search == "lm" else files.grammar
         try:

@@ -122,16 +122,10 @@ class Evidence:
 class CommandSearch:
     """One unpruned search of commands and a free loop of phones, so that scores are comparable."""
 
-    def __init__(
-        self,
-        language: Language,
-        never_missed: Collection[str] = (),
-        mllr: str | None = None,
-    ) -> None:
+    def __init__(self, language: Language, never_missed: Collection[str] = ()) -> None:
         """Load the model; LanguageError if pocketsphinx cannot use the dictionary.
 
-        Of two commands that are close one of `never_missed` wins; `mllr` is a file with a speaker's
-        transform of the acoustic model.
+        Of two commands that are close one of `never_missed` wins.
         """
         # Fillers keep their context-independent models, which take a third of the time.
         # The search then must not put them everywhere; the silences are in its arcs.
@@ -140,7 +134,6 @@ class CommandSearch:
             self._decoder = load_decoder(
                 language,
                 bestpath=False,
-                mllr=mllr,
                 fdict=str(words),
                 fsgusefiller=False,
                 beam=UNPRUNED,

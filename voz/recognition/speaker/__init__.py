@@ -1,1 +1,0 @@
-"""Adaptation to a speaker and a microphone."""

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from voz.control.steps import CommandDefinition, Step
 from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
+from voz.events import START_SPEECH
 from voz.files import MAX_SETTINGS_BYTES, read_text
 from voz.language.sentences.spelling import plain_form
 from voz.records import PublicNames, check_path
@@ -77,7 +78,9 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
     @property
     def table(self) -> CommandTable:
         """What each command does, voz's own too; ConfigError if the robot might not stop."""
-        return command_table({**_builtin(), **self.commands}, self.states, self.places)
+        commands = {**_builtin(), **self.commands}
+        wake = self.__dict__.get("_wake", START_SPEECH)
+        return command_table(commands, self.states, self.places, wake)
 
     @property
     def places(self) -> Places:
@@ -152,6 +155,13 @@ def with_usual_names(config: Config) -> Config:
             if other and name != other and (other in _builtin() or name not in defined)
         },
     )
+
+
+def with_wake(config: Config, wake: str) -> Config:
+    """Return settings for a list in which this sentence begins the listening; empty if none."""
+    made = replace(config)
+    made.__dict__.update(config.__dict__, _wake=wake)
+    return made
 
 
 def with_names(config: Config, names: Mapping[str, str]) -> Config:

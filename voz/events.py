@@ -111,6 +111,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         named: whether the robot's name was said before it, or is all that was said, or a button to
             talk to the robot was held meanwhile; None if the robot that hears it has no name.
         perhaps: where the robot asks back, the one or two commands that it may nearly surely be.
+        say_first: of one that is not obeyed as the robot does not listen, what begins the
+            listening; empty if nothing does, None where that is `start speech`.
     """
 
     t: Finite
@@ -135,6 +137,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     best: tuple[Alternative, ...] = ()
     named: bool | None = None
     perhaps: tuple[PossibleCommand, ...] = ()
+    say_first: str | None = None
 
     def __post_init__(self) -> None:
         """An accepted sentence is its own command unless it has another name."""
@@ -377,7 +380,7 @@ def to_json(event: msgspec.Struct) -> str:
 
 
 IGNORED_IN_WORDS: Mapping[Ignored, str] = {
-    "not_listening": 'say "start speech" first',
+    "not_listening": "it does not listen",
     "asleep": "the robot's name was not said",
     "robot_speaking": "the robot was speaking",
     "too_late": "it came too late",
@@ -386,6 +389,10 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "nothing_asked": "nothing was asked",
     "rehearsal": "this is a rehearsal",
 }
+
+
+START_SPEECH = "start speech"
+"""What begins the listening, if the list has no other command for it."""
 
 
 def explain(reason: Reason, between: tuple[str, str] | None) -> str:
@@ -399,6 +406,8 @@ def explain_not_obeyed(utterance: Utterance) -> str:
     """Say in words why an utterance is not obeyed, and what may have been meant."""
     if utterance.meant:
         return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
+    if utterance.ignored == "not_listening" and utterance.say_first != "":
+        return f'not obeyed: say "{utterance.say_first or START_SPEECH}" first'
     if utterance.ignored:
         return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
     return explain(utterance.reason or "not_a_command", utterance.between)

@@ -243,5 +243,5 @@ def test_a_list_that_cannot_begin_is_one_line(pulse: dict[str, str]) -> None:
     command = [sys.executable, "-c", ASLEEP]
     done = subprocess.run(command, env=pulse, capture_output=True, text=True, check=True)
     assert done.stdout == (
-        "no command begins the listening; add `start speech` to the list, or give listening=True\n"
+        'no command begins the listening; add "start speech" to the list, or give listening=True\n'
     )

@@ -104,6 +104,18 @@ def test_names_in_voz_toml_are_read_as_typed_text_is(
     assert 'robot says "done"' in result.out
 
 
+def test_who_is_not_listened_to_is_told_the_words_of_the_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("list.txt").write_text("wake: hello robot [please]\nstop\ngo back\n")
+    Path("voz.toml").write_text('[commands]\nwake = { listen = true, say = "hi" }\n')
+    assert in_process("build-lm", "list.txt", "--out", "lm").code == 0
+    result = in_process("run", "--text", "-", "--no-sound", input="go back\nhello robot\ngo back\n")
+    assert 'ignored  "go back" (1.00), not obeyed: say "hello robot" first' in result.out
+    assert 'heard    "go back" (1.00)' in result.out
+
+
 def test_a_command_that_is_defined_twice_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,7 +17,7 @@ from voz.control.messages import Renewal
 from voz.control.motion import Motion
 from voz.control.state_machine import State
 from voz.control.steps import Step
-from voz.control.table import DEFAULT_STATE
+from voz.control.table import DEFAULT_STATE, command_table
 from voz.events import (
     Attention,
     Event,
@@ -28,6 +28,7 @@ from voz.events import (
     SelectedObject,
     Twist,
     Utterance,
+    to_json,
 )
 from voz.settings import Safety
 
@@ -133,6 +134,19 @@ def test_what_is_not_accepted_changes_nothing(spoken: list[str]) -> None:
     for text in spoken:
         controller.hear(heard(text, accepted=False))
     assert controller.velocities == (0.1, 0)
+
+
+@pytest.mark.parametrize("wake", ["empieza a escuchar", ""])
+def test_who_is_not_listened_to_is_told_what_of_the_list_begins_it(wake: str) -> None:
+    table = command_table({"stop": Step(stop=True), "wake up": Step(listen=True)}, {}, wake=wake)
+    controller = Controlled(listening=False, table=table)
+    controller.hear(heard("go back"))
+    (said,) = controller.events
+    assert isinstance(said, Utterance)
+    assert (said.ignored, said.say_first) == ("not_listening", wake)
+    usual = Controlled(listening=False)
+    usual.hear(heard("go back"))
+    assert "say_first" not in to_json(usual.events[0])
 
 
 def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from msgspec import convert
 
-from voz.config import Config
+from voz.config import Config, overridden
 from voz.control.steps import Step
 from voz.errors import ConfigError
 from voz.language.sentences.command_set import plain_commands
@@ -72,6 +72,22 @@ def test_settings_get_the_names_of_the_list(line: str, name: str) -> None:
     assert found.table.steps("alias") == found.table.steps(line) == (Step(say="hi"),)
     assert found.table.steps(line, "menu") == (Step(play="bell"),)
     assert found.recognition.never_missed == (line,)
+
+
+@pytest.mark.parametrize(
+    ("lines", "commands", "wake"),
+    [
+        (["stop", "start speech"], {}, "start speech"),
+        (["stop", "oye robot"], {"oye robot": {"listen": True}}, "oye robot"),
+        (["stop", "oye", "start speech"], {"Oye": {"listen": True}}, "oye"),
+        (["stop"], {}, ""),
+    ],
+)  # fmt: skip
+def test_what_begins_the_listening_is_a_sentence_of_the_list(
+    lines: list[str], commands: dict[str, object], wake: str
+) -> None:
+    found = matched_settings(settings(commands=commands), plain_commands(lines))
+    assert found.table.wake == overridden(found, {}).table.wake == wake
 
 
 def test_words_that_differ_in_their_accents_alone_stay_two_commands() -> None:

@@ -27,9 +27,10 @@ def a_display(
     note: str = "",
     typing: str = "",
     name: str = "",
+    wake: str = "start speech",
 ) -> Display:
     sound = SimpleNamespace(peak=peak, background=-52.3, speaking=speaking, device="USB Audio")
-    ear = SimpleNamespace(listening=listening, name=name, awake=not name)
+    ear = SimpleNamespace(listening=listening, name=name, awake=not name, wake=wake)
     return Display(sound, ear, lambda: typing, lambda: note)
 
 
@@ -85,6 +86,18 @@ def test_what_was_understood_and_not_obeyed_is_dimmed_and_says_why() -> None:
     assert "\x1b[2mgo back" in shown(display, colors=True)
     display.receive(heard("go back", obeyed=False, ignored="robot_speaking"))
     assert "go back  not obeyed: the robot was speaking" in shown(display)
+
+
+def test_what_begins_the_listening_is_said_in_the_words_of_the_list() -> None:
+    asleep = shown(a_display(listening=False, wake="empieza a escuchar"))
+    assert 'say "empieza a escuchar"' in asleep.splitlines()[0]
+    assert " not listening " in shown(a_display(listening=False, wake="")).splitlines()[0]
+    display = a_display(wake="empieza a escuchar")
+    ignored: dict[str, object] = {"obeyed": False, "ignored": "not_listening"}
+    display.receive(heard("go back", say_first="empieza a escuchar", **ignored))
+    assert 'go back  not obeyed: say "empieza a escuchar" first' in shown(display)
+    display.receive(heard("go forward", say_first="", **ignored))
+    assert "go forward  not obeyed: it does not listen" in shown(display)
 
 
 def test_what_was_no_command_says_so() -> None:

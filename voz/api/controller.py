@@ -203,9 +203,9 @@ class RobotController(Dispatcher):
         table = self.state.rules.table
         check_list(recognizer.commands, table, "the list")
         if not self.listening and not begins_listening(recognizer.commands, table):
+            names = " or ".join(f'"{name}"' for name in sorted(table.starts))
             raise ConfigError(
-                "no command begins the listening; add `start speech` to the list, or give "
-                "listening=True"
+                f"no command begins the listening; add {names} to the list, or give listening=True"
             )
         source = sound_card(heard.device)
         return Hearing(recognizer, source, inbox, clock.now, never_missed=table.stops)

@@ -51,7 +51,17 @@ from voz.control.messages import (
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import DEFAULT_STATE, CommandTable, can_move
-from voz.events import Attention, Event, Ignored, Notice, Partial, Reply, Twist, Utterance
+from voz.events import (
+    START_SPEECH,
+    Attention,
+    Event,
+    Ignored,
+    Notice,
+    Partial,
+    Reply,
+    Twist,
+    Utterance,
+)
 from voz.settings import Ask, Safety
 
 
@@ -248,6 +258,8 @@ def _obey(state: ControllerState, said: Utterance, place: Place | None) -> Obeye
         state = _note_command(state, said, done)
     else:
         said = replace(said, obeyed=False, ignored=done.ignored)
+        if done.ignored == "not_listening" and state.rules.table.wake != START_SPEECH:
+            said = replace(said, say_first=state.rules.table.wake)
     state = replace(state, robot=done.state)
     if asked := done.state.pending:
         state = replace(state, attention=stay_awake(state.attention, asked.until))

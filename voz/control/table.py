@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
+from voz.events import START_SPEECH
 
 Steps: TypeAlias = tuple[Step, ...]
 CommandDefinitions: TypeAlias = Mapping[str, CommandDefinition]
@@ -39,6 +40,7 @@ class CommandTable:
         halts: the commands that leave the robot at rest: those, and what ends the listening.
         starts: the commands that begin the listening.
         places: where the user defined them.
+        wake: a sentence of the list that begins the listening; empty if it has none.
     """
 
     sets: Mapping[str, Mapping[str, Steps]]
@@ -46,6 +48,7 @@ class CommandTable:
     halts: frozenset[str]
     starts: frozenset[str]
     places: Places = field(default_factory=dict)
+    wake: str = START_SPEECH
 
     def steps(self, name: str, state: str = DEFAULT_STATE) -> Steps | None:
         """Return the steps of a command in a state, or None.
@@ -94,6 +97,7 @@ def command_table(
     commands: CommandDefinitions,
     states: Mapping[str, CommandDefinitions],
     places: Places = MappingProxyType({}),
+    wake: str = START_SPEECH,
 ) -> CommandTable:
     """Make the table, and refuse one with which the robot might not stop.
 
@@ -101,6 +105,7 @@ def command_table(
         commands: `[commands]` of the settings and voz's own.
         states: `[states.NAME]` of the settings.
         places: where the user defined them.
+        wake: what is said to begin the listening.
 
     Raises:
         ConfigError: a command is invalid; the message says which, where, and why.
@@ -114,7 +119,7 @@ def command_table(
     stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
     ends = frozenset(name for name, steps in usual.items() if _only_listens(steps, False))
     starts = frozenset(name for name, steps in usual.items() if _only_listens(steps, True))
-    table = CommandTable(sets, stops, stops | ends, starts, places)
+    table = CommandTable(sets, stops, stops | ends, starts, places, wake)
     if STOP not in stops:
         raise table.error_at(
             DEFAULT_STATE, STOP, "is redefined; it must stop the robot and do nothing else"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from voz.config import Config, command_names, with_names
+from voz.config import Config, command_names, with_names, with_wake
 from voz.control.table import CommandTable, check_commands
 from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
@@ -31,13 +31,15 @@ BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 
 
 def matched_settings(settings: Config, commands: Commands) -> Config:
-    """Return settings with the names of commands as a list has them.
+    """Return settings with the names of a list's commands, and what of it begins the listening.
 
     Those in voz.toml may have other capitals or spaces, or lack accents, as in typed text. Raises
     ConfigError if a command is there twice.
     """
     found = {name: commands.find_name(name) for name in sorted(command_names(settings))}
-    return with_names(settings, {name: other for name, other in found.items() if other})
+    matched = with_names(settings, {name: other for name, other in found.items() if other})
+    starts = [name for name in commands.names if name in matched.table.starts]
+    return with_wake(matched, next(iter(commands.named(starts[:1], 1)), ""))
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:

@@ -63,6 +63,11 @@ class Dispatcher(PublicNames):
         """What the robot is called; empty if it has no name."""
         return self.state.rules.name
 
+    @property
+    def wake(self) -> str:
+        """What is said to begin the listening; empty if the list has nothing for it."""
+        return self.state.rules.table.wake
+
     def take(self, message: ControllerMessage, now: float) -> None:
         """Let a message take effect at a time of the run, s, and hand on what comes of it.
 

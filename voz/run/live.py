@@ -151,7 +151,8 @@ def drive_live(
                 *(["another recognizer"] if other_recognizer else []),
                 *(["Wyoming clients"] if service else []),
             ]
-            announce(_listening_line(hearing, others, session.spec.listening))
+            first = "" if session.spec.listening else f'; say "{controller.wake}" first'
+            announce(_listening_line(hearing, others) + first)
         if shown:
             session.receivers.append(shown.receive)
             session.add_unwatched(shown.unwatched_source)
@@ -179,13 +180,12 @@ def _display(session: Session, hearing: Hearing, line: TypedLine) -> Display:
     )
 
 
-def _listening_line(hearing: Hearing, others: Sequence[str], listening: bool) -> str:
+def _listening_line(hearing: Hearing, others: Sequence[str]) -> str:
     """Say what is listened to."""
     no_microphone = hearing.device == NO_MICROPHONE
     sources = [] if no_microphone else [f"the microphone {hearing.device}"]
     sources += ["typed commands"] if can_read_input() else []
-    first = "" if listening else '; say "start speech" first'
-    return f"listening to {' and '.join([*sources, *others])}{first}"
+    return f"listening to {' and '.join([*sources, *others])}"
 
 
 @contextmanager

@@ -68,6 +68,10 @@ class ListeningState(Protocol):
         """Whether spoken commands count: it has no name, or that was said."""
 
     @property
+    def wake(self) -> str:
+        """What is said to begin the listening; empty if nothing is."""
+
+    @property
     def name(self) -> str:
         """What the robot is called; empty if it has no name."""
 
@@ -148,7 +152,7 @@ class Display:
             return Text(printable(f' asleep: say "{self._ear.name}" '))
         if self._ear.listening:
             return Text(" listening ", "black on green")
-        return Text(' say "start speech" ')
+        return Text(printable(f' say "{self._ear.wake}" ' if self._ear.wake else " not listening "))
 
 
 class PanelWithExtra:

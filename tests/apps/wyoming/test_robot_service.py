@@ -27,7 +27,7 @@ from voz.language.build import build
 pytestmark = pytest.mark.slow
 
 COMMANDS = """\
-start speech
+hello robot
 stop speech
 stop
 go forward
@@ -41,6 +41,7 @@ SETTINGS = """\
 lm = "lm"
 
 [commands]
+"hello robot" = "start speech"
 "turn" = { rotate = 0.5, degrees = "{angle}", say = "I turn to the {side}" }
 "dance" = [{ drive = 0.1, metres = 0.1, say = "one" }, { rotate = 0.5, degrees = 10, say = "two" }]
 """
@@ -141,8 +142,8 @@ def test_a_transcript_drives_and_is_answered_by_the_reply(
 ) -> None:
     robot, assistant = run
     assert assistant.handled("stop speech") == "stop speech"
-    assert assistant.refused("Go forward.") == 'not obeyed: say "start speech" first'
-    assert assistant.handled("start speech") == "bep bep. I am listening you"
+    assert assistant.refused("Go forward.") == 'not obeyed: say "hello robot" first'
+    assert assistant.handled("hello robot") == "bep bep. I am listening you"
     assert assistant.handled("turn right 20 degrees") == "I turn to the right"
     since = len(robot.arrived)
     assert assistant.handled("dance") == "one"
@@ -171,7 +172,7 @@ def test_a_motion_that_nobody_watches_ends(
 ) -> None:
     robot, assistant = run
     posted, _ = served
-    assistant.handled("start speech")
+    assistant.handled("hello robot")
     begun = [(each, len(each.arrived)) for each in (robot, posted.robot)]
     assert assistant.handled("go forward") == "go forward"
     posted.drives("go forward")  # at the same time, for both need five seconds
@@ -186,7 +187,7 @@ def test_a_flood_of_commands_is_refused_and_a_stop_is_not(
     run: tuple[LiveRobot, Assistant],
 ) -> None:
     _, assistant = run
-    answers = assistant.ask_at_once(40, Transcript("start speech"))
+    answers = assistant.ask_at_once(40, Transcript("hello robot"))
     refused = [answer for answer in answers if NotHandled.is_type(answer.type)]
     assert {NotHandled.from_event(answer).text for answer in refused} == {"too many commands"}
     stopped = assistant.ask_at_once(40, Transcript("stop"))

@@ -69,6 +69,24 @@ def test_the_home_folder_is_known_in_all_paths(
     assert config.states["menu"]["ring"] == Step(play="bell")
 
 
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("[commands]\na.say = 'a'\n[safety]\n[commands]\nb.say = 'b'\n",
+         "[commands] is in line 1 already: write what is new below that line"),
+        ("[commands]\n'a' = {say='a'}\n\na = {say='b'}\n", '"a" is in line 2 already: remove one'),
+        ("[commands]\n'a' = {say = 'a'}\na = {say = 'b'}", '"a" is in line 2 already: remove one'),
+        ("lm = 'a'\n[safety\n", None),
+    ],
+)  # fmt: skip
+def test_what_is_twice_in_the_file_is_told_with_the_line_where_it_is(
+    tmp_path: Path, content: str, told: str | None
+) -> None:
+    with pytest.raises(ConfigError) as refused:
+        load_config(write(tmp_path, content))
+    assert str(refused.value).partition("; ")[2] == (told or "")
+
+
 def test_voz_own_commands_are_known_by_any_capitals(tmp_path: Path) -> None:
     path = write(tmp_path, '[commands]\n"Go  Back" = { drive = -0.2 }\nAdvance = "Go Forward"\n')
     config = load_config(path)

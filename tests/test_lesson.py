@@ -44,6 +44,7 @@ def typed(block: str, folder: Path) -> tuple[str, Path]:
 def add_to_settings(block: str, path: Path) -> None:
     """Put commands below `[commands]`, as the lesson says."""
     head, lines = block.split("\n", 1)
+    head = head.partition("  #")[0]
     settings = path.read_text()
     assert settings.count(f"{head}\n") == 1
     path.write_text(settings.replace(f"{head}\n", f"{head}\n{lines}"))

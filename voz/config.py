@@ -217,7 +217,8 @@ def _read(path: Path) -> Config:
         places = _check_commands(settings, text, path)
         config = msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+        there = _told_twice(text, str(error))
+        raise ConfigError(f"{path}: is not valid TOML: {error}{there}") from error
     except ConfigError:  # which is a ValueError too
         raise
     except RecursionError:
@@ -354,18 +355,39 @@ def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
     The text is valid TOML; keys with escapes are not found.
     """
     lines: dict[tuple[str, str], int] = {}
-    table: tuple[str, ...] = ()
-    for number, line in enumerate(text.split("\n"), start=1):
-        begin = line.lstrip()
-        if begin.startswith("["):
-            path = table = _keys(begin.lstrip("["))
-        else:
-            path = table + _keys(begin)
+    for number, path in enumerate(_paths(text), start=1):
         if len(path) > 1 and path[0] == "commands":
             lines.setdefault((DEFAULT_STATE, path[1]), number)
         elif len(path) > 2 and path[0] == "states":
             lines.setdefault((path[1], path[2]), number)
     return lines
+
+
+def _paths(text: str) -> Iterator[tuple[str, ...]]:
+    """Yield the table and the key of each line; of a heading the table alone."""
+    table: tuple[str, ...] = ()
+    for line in text.split("\n"):
+        begin = line.lstrip()
+        if begin.startswith("["):
+            table = _keys(begin.lstrip("["))
+            yield table
+        else:
+            yield table + _keys(begin)
+
+
+def _told_twice(text: str, error: str) -> str:
+    """Say where a heading or key is already, which TOML refuses to have twice; else nothing."""
+    paths = list(_paths(text))
+    at = re.search(r"at line (\d+)", error)
+    number = int(at[1]) if at else len(paths)
+    path = paths[number - 1] if number <= len(paths) else ()
+    if not path or path not in paths[: number - 1]:
+        return ""
+    first = paths.index(path) + 1
+    if text.split("\n")[first - 1].lstrip().startswith("["):
+        head = ".".join(path)
+        return f"; [{head}] is in line {first} already: write what is new below that line"
+    return f'; "{path[-1]}" is in line {first} already: remove one'
 
 
 def _keys(line: str) -> tuple[str, ...]:

@@ -73,12 +73,12 @@ class PossibleCommand(CheckedRecord, frozen=True, omit_defaults=True):
     Attributes:
         text: the sentence.
         command: its name, by which a robot knows what to do.
-        slots: the values in it by name, words or numbers.
+        slots: the values in it by name: words, numbers, true or false.
     """
 
     text: str
     command: str
-    slots: Mapping[str, str | Int64 | Finite] = {}
+    slots: Mapping[str, bool | str | Int64 | Finite] = {}
 
 
 class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
@@ -104,7 +104,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         next_best: the command that fits next best; None if there is no other.
         command: the name of what it means, by which a robot knows what to do: of a plain list the
             sentence itself, of templates that of the template; None if it is not accepted.
-        slots: the values in it by name, words or numbers.
+        slots: the values in it by name: words, numbers, true or false.
         meant: of typed text that is no command the one that is nearest to it, if any is.
         words: when each word of `text` was said, if asked for.
         best: the sentences that fit best, `text` first, as many as were asked for.
@@ -131,7 +131,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     score: Finite | None = None
     next_best: str | None = None
     command: str | None = None
-    slots: Mapping[str, str | Int64 | Finite] = {}
+    slots: Mapping[str, bool | str | Int64 | Finite] = {}
     meant: str | None = None
     words: tuple[SpokenWord, ...] = ()
     best: tuple[Alternative, ...] = ()

@@ -91,6 +91,8 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
     assert program.run == ("echo", "ana; rm", "1.5")
     call = fill_slots(Step(call=("arm:bring", "{who}", "{way}")), {"way": 1.5, "who": "ana"})
     assert call.call == ("arm:bring", "ana", 1.5)
+    lamp = fill_slots(Step(say="lamp {on}, door {open}"), {"on": True, "open": False})
+    assert lamp == Step(say="lamp true, door false")
 
 
 @pytest.mark.parametrize(
@@ -99,6 +101,7 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
         ({}, "nothing was said for {pace}"),
         ({"pace": 0.1}, "nothing was said for {way}"),
         ({"pace": 0.1, "way": "far"}, '{way} is "far", not a number'),
+        ({"pace": 0.1, "way": True}, '{way} is "True", not a number'),
         ({"pace": 0.1, "way": 0}, "`metres` is 0"),
         ({"pace": 0.1, "way": 5000}, "Expected `float` <= 1000.0 - at `Step.metres`"),
         ({"pace": 0.1, "way": "nan"}, "Expected `float` >= -1000.0 - at `Step.metres`"),

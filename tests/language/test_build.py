@@ -101,9 +101,10 @@ def test_a_guessed_word_gives_a_warning_that_says_where_to_correct_it(tmp_path: 
 
 
 def test_what_cannot_be_read_is_refused_in_one_line(tmp_path: Path):
-    for path in (tmp_path, tmp_path / "missing.txt"):
-        with pytest.raises(CommandsError, match=r"cannot be read \(.*\); give a readable"):
-            build(path, tmp_path / "lm")
+    with pytest.raises(CommandsError, match=r"cannot be read \(.*\); give a readable"):
+        build(tmp_path / "missing.txt", tmp_path / "lm")
+    with pytest.raises(CommandsError, match="has no list; give a folder with"):
+        build(tmp_path, tmp_path / "lm")
 
 
 def test_pronunciations_that_cannot_be_read_are_refused(commands: Path, tmp_path: Path):
@@ -120,7 +121,7 @@ def test_a_file_instead_of_a_folder_is_refused(commands: Path):
 def test_a_refused_list_leaves_the_files_as_they_were(commands: Path, tmp_path: Path):
     out = tmp_path / "lm"
     before = {path: path.read_bytes() for path in build(commands, out).paths}
-    commands.write_text("move 5\n")
+    commands.write_text("move @\n")
     with pytest.raises(CommandsError):
         build(commands, out)
     assert {path: path.read_bytes() for path in out.iterdir()} == before

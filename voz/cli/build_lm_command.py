@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 MAX_LINES_SHOWN = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
+
+
+MAX_NAMES_SHOWN = 6
+"""Commands of one line that are named."""
 
 
 @dataclass
@@ -52,7 +57,7 @@ def build_lm(
         Path,
         typer.Argument(
             metavar="[COMMANDS]",
-            help="The command list: sentences or templates, or a .ini, .yaml, .gram of others.",
+            help="The list: sentences or templates, .ini, .yaml or .gram of others; or a folder.",
         ),
     ] = Path("lm/comandos_voz.txt"),
 ) -> None:
@@ -68,23 +73,31 @@ def build_lm(
     from voz.config import Config, load_config
     from voz.language import build
     from voz.language.command_source import read_list
-    from voz.run.command_check import check_list, matched_settings
+    from voz.language.formats.command_list import folder_of
+    from voz.run.command_check import check_list, forgotten_alternatives, matched_settings
 
     settings = load_config(DEFAULT_SETTINGS_FILE) if DEFAULT_SETTINGS_FILE.is_file() else Config()
     source = read_list(commands, _spoken(settings))
-    _check_expected(source, commands.parent)
+    _check_expected(source, folder_of(commands))
     settings = matched_settings(settings, source.commands)
     check_list(source.commands, settings.table, str(commands))
     _show_more(options, source)
-    folder = options.out or commands.parent
+    folder = options.out or folder_of(commands)
     if options.check:
         _check_fresh(commands, folder, source)
         return
     result = build.build(commands, folder, source, options.every_pair)
-    for warning in result.warnings:
+    for warning in (*result.warnings, *forgotten_alternatives(source.commands, settings.table)):
         warn(warning)
+    show(*map(_alternatives_line, source.commands.alternatives))
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
+
+
+def _alternatives_line(names: Sequence[str]) -> str:
+    shown = ", ".join(f'"{name}"' for name in names[:MAX_NAMES_SHOWN])
+    more = f" and {len(names) - MAX_NAMES_SHOWN} more" if len(names) > MAX_NAMES_SHOWN else ""
+    return f"one line makes {len(names)} commands: {shown}{more}"
 
 
 def _show_more(options: BuildOptions, source: CommandSource) -> None:

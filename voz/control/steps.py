@@ -198,13 +198,15 @@ def _in_place(text: str, slots: Mapping[str, str | float]) -> str:
 
 
 def _shown(value: str | float) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
     return value if isinstance(value, str) else f"{value:g}"
 
 
 def _number(text: str, slots: Mapping[str, str | float]) -> float:
     value = slots[text[1:-1]]
     try:
-        return float(value)
+        return float(_shown(value) if isinstance(value, bool) else value)
     except (ValueError, OverflowError):
         raise ConfigError(f'{text} is "{value}", not a number') from None
 

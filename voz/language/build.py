@@ -27,6 +27,7 @@ from voz.language.ngram import arpa
 from voz.language.pronunciation import (
     GUESS_ORIGIN,
     PRONUNCIATIONS_FILE,
+    SPELLED_ORIGIN,
     LexiconEntry,
     dictionary_entries,
 )
@@ -173,7 +174,9 @@ def _holds(path: Path, text: str) -> bool:
 
 def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
     guessed = {
-        word: entry for word, entry in source.entries.items() if entry.origin == GUESS_ORIGIN
+        word: entry
+        for word, entry in source.entries.items()
+        if entry.origin in (GUESS_ORIGIN, SPELLED_ORIGIN)
     }
     each = [
         f'{source.places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '

@@ -10,8 +10,10 @@ from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
 from voz.language.formats.command_list import (
     CommandList,
+    folder_of,
     is_templates,
     parse_commands,
+    read_file_or_names,
     read_templates,
     read_user_file,
 )
@@ -73,10 +75,10 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
         commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
         language: what is spoken; None is English.
     """
-    data = read_user_file(commands)
+    data = read_file_or_names(commands)
     if is_templates(commands, data):
         source, read = read_templates(commands)
-        return _of_templates(source, read, commands.parent, language)
+        return _of_templates(source, read, folder_of(commands), language)
     parsed = parse_commands(data, str(commands))
     return replace(_of_sentences(parsed, commands.parent, language), files_read={commands: data})
 

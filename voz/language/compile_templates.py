@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from itertools import islice
 
 from voz.errors import CommandsError
+from voz.language.sentences.alternatives import by_commands
 from voz.language.sentences.command_set import Commands, Meaning, SlotReader
 from voz.language.sentences.expression import (
+    NO_WORDS,
     Expression,
     NumberRange,
     ResolvedReference,
@@ -87,9 +89,14 @@ class CompiledTemplates:
 
 def compile_templates(source: TemplateSource) -> CompiledTemplates:
     """Compile the templates of all files together; raises CommandsError."""
+    if not source.templates and source.warnings:
+        raise CommandsError(f"{source.warnings[0]}; no other sentence is there")
     if not source.templates:
-        raise CommandsError(f"{source.name}: contains no command; write one sentence per line")
-    templates, warnings = resolve(source)
+        raise CommandsError(f"{source.name}: contains no command; {source.advice.sentence}")
+    written, warnings = resolve(source)
+    if not written:
+        raise CommandsError(f"{warnings[0]}; no other sentence is there")
+    templates = by_commands(written)
     _check_sizes(templates)
     readers = [_reader(template) for template in templates]
     try:
@@ -99,15 +106,21 @@ def compile_templates(source: TemplateSource) -> CompiledTemplates:
             f"{source.name}: has more than {MAX_JOINED_STATES:,} states; "
             "make lists shorter, or begin templates with different words"
         ) from None
+    lines = {place: n for n, place in enumerate(dict.fromkeys(one.place for one in templates))}
     meanings = [
         Meaning(
             template.command or default_name(template.expression),
             dict(template.constants),
             one if _has_slots(one) else None,
+            lines[template.place],
         )
         for template, one in zip(templates, readers, strict=True)
     ]
-    told = [line for one in shared for line in _ambiguous(one, templates, meanings)]
+    told = [
+        line
+        for one in shared
+        for line in _ambiguous(one, templates, meanings, lenient=source.lenient)
+    ]
     summary = f"{source.name}: {len(told)} sentences are there twice, or can be read in two ways"
     warnings = (*warnings, *summarize_warnings(told, summary))
     states = [len(one.arcs) for one in readers]
@@ -154,7 +167,11 @@ def _has_slots(one: SlotReader) -> bool:
 
 
 def _ambiguous(
-    shared: SharedSentence, templates: Sequence[Template], meanings: Sequence[Meaning]
+    shared: SharedSentence,
+    templates: Sequence[Template],
+    meanings: Sequence[Meaning],
+    *,
+    lenient: bool,
 ) -> Iterator[str]:
     """Refuse or warn of a sentence that two templates give, or one in two ways."""
     first, second = templates[shared.first], templates[shared.second]
@@ -173,11 +190,10 @@ def _ambiguous(
     if one == other:
         yield f'{second.place}: "{shared.sentence}" is there twice (first in {first.place})'
         return
-    raise error_at(
-        second.place,
-        f'"{shared.sentence}" is a sentence of "{one[0]}" already ({first.place}); '
-        "take it out of one of them",
-    )
+    taken = f'"{shared.sentence}" is a sentence of "{one[0]}" already ({first.place})'
+    if not (lenient or first.place == second.place):
+        raise error_at(second.place, f"{taken}; take it out of one of them")
+    yield f"{second.place}: {taken}, and means that"
 
 
 def _means(meaning: Meaning, words: Sequence[str]) -> tuple[str, str]:
@@ -195,6 +211,8 @@ def _places(source: TemplateSource) -> dict[str, str]:
     for definition in held:
         for word in _words(definition.expression):
             places.setdefault(word, f"{definition.place.file}:{definition.place.line}")
+    for word in _words(source.skipped or NO_WORDS):
+        places.setdefault(word, source.name)
     return places
 
 

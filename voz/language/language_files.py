@@ -17,7 +17,7 @@ from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import is_file, read_bytes, read_json, sha256, shown_path
-from voz.language.formats.command_list import parse_commands
+from voz.language.formats.command_list import parse_commands, read_file_or_names
 from voz.language.grammar import jsgf
 from voz.language.ngram import check_arpa
 from voz.language.pronunciation import PHONES
@@ -270,7 +270,7 @@ def _changed(path: Path) -> str:
 
 def _sha(files: LanguageFiles, name: str) -> str | None:
     try:
-        data = read_bytes(files.folder / name, CommandsError, "", MAX_TEXT_BYTES)
+        data = read_file_or_names(files.folder / name)
     except CommandsError:
         return None
     return sha256(data).hexdigest()

@@ -71,7 +71,7 @@ def read_patterns(path: Path) -> list[Pattern]:
 def _patterns(template: Template) -> Iterator[Pattern]:
     item = template.expression
     command = template.command or default_name(item)
-    found = slots(item, {})
+    found = slots(item, {}, [])
     lists = {name: _list_name(slot) for name, slot in found.items()}
     values = {_list_name(slot): tuple(_values(slot.item)) for slot in found.values()}
     for text in islice(_wordings(item), 1 if found else MAX_WORDINGS):
@@ -91,7 +91,7 @@ def _wordings(item: Expression) -> Iterator[str]:
     elif isinstance(item, NumberRange):
         yield _range_text(item)
     elif isinstance(item, Optional):
-        yield f"[{next(_wordings(item.item))}]" if slots(item, {}) else ""
+        yield f"[{next(_wordings(item.item))}]" if slots(item, {}, []) else ""
     elif isinstance(item, (Concatenation, Permutation)):
         ways = (list(islice(_wordings(one), MAX_WORDINGS)) for one in item.items)
         yield from (" ".join(filter(None, words)) for words in product(*ways))

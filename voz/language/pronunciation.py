@@ -101,8 +101,12 @@ PHONE_NAMES = (
 PHONES = frozenset(PHONE_NAMES.split())
 PRONUNCIATIONS_FILE = "pronunciations.txt"
 GUESS_ORIGIN = "letter-to-sound (a guess)"
+SPELLED_ORIGIN = "letter by letter (a guess)"
 MIN_PART_LETTERS = 3  # letters of the shortest part of a compound
 MAX_COMPOUND_PARTS = 3
+
+_ACRONYM = re.compile("[b-df-hj-np-tv-xz]{2,5}|[b-df-hj-np-tv-z]{2,3}")
+"""A word that can only be spelled, as it has no vowel: `mqtt`, `kg`, `xyz`."""
 
 _USER_WORD = re.compile(rf"((?:{ANY_LETTER}|')+)(\([0-9]+\))?")
 _ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
@@ -243,6 +247,8 @@ def pronounce(
             entries[word] = LexiconEntry(phones, "cmudict")
         elif parts := split_compound(word, known):
             entries[word] = LexiconEntry(_join(parts, known), f"compound {'+'.join(parts)}")
+        elif _ACRONYM.fullmatch(word):
+            entries[word] = LexiconEntry(_join(word, known), SPELLED_ORIGIN)
     unknown = [word for word in places if word not in entries]
     entries.update(_guess_all(unknown, places, guess))
     return dict(sorted(entries.items()))

@@ -12,10 +12,12 @@ from voz.audio.microphone import PULSE_DEVICE, SOURCE_VARIABLE
 from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.errors import LanguageError
+from voz.files import is_file
 from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import Inbox
 from voz.language.build import build
 from voz.language.command_source import read_list
+from voz.language.formats.command_list import parse_commands
 from voz.language.grammar import jsgf
 from voz.language.language_files import (
     LanguageFiles,
@@ -35,7 +37,8 @@ from voz.run.command_check import matched_settings
 from voz.settings import SpokenLanguage
 
 LMTOOL_HINT = (
-    "name the files of one lmtool run, with the .sent beside the .lm, or give ~commands instead"
+    "name the files of one lmtool run, with the .sent or the .corpus beside the .lm, or give "
+    "~commands instead"
 )
 
 
@@ -64,13 +67,20 @@ def import_lmtool_files(lm: Path, dictionary: Path, folder: Path) -> LanguageFil
     """Convert a model and a dictionary of the online lmtool, which are in upper case.
 
     Args:
-        lm: the ARPA model; a `.sent` of the same name is beside it, with its sentences.
+        lm: the ARPA model; a `.sent` of the same name is beside it, with its sentences, or the
+            `.corpus` that was given to lmtool.
         dictionary: the pronunciations.
         folder: gets the files, with voz's names.
     """
     files = LanguageFiles(folder)
-    sent = lm.with_suffix(".sent")
-    sentences = parse_sentences(_read(sent), sent, LMTOOL_HINT)
+    sent, corpus = lm.with_suffix(".sent"), lm.with_suffix(".corpus")
+    if is_file(corpus) and not is_file(sent):
+        sent, sentences = (
+            corpus,
+            list(parse_commands(_read(corpus).encode(), str(corpus)).sentences),
+        )
+    else:
+        sentences = parse_sentences(_read(sent), sent, LMTOOL_HINT)
     words = parse_dictionary(_upper_phones(_read(dictionary)), dictionary, LMTOOL_HINT)
     model = _read(lm)
     check_words(sentences, words, sent, LMTOOL_HINT)

@@ -11,7 +11,11 @@ from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
 from voz.language.build import build
 from voz.language.command_source import CommandSource, read_list
-from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_expectations
+from voz.language.formats.command_list import (
+    EXPECTED_SENTENCES_FILE,
+    failed_expectations,
+    folder_of,
+)
 from voz.language.language_files import LanguageFiles, list_sources, stale_warning
 from voz.language.pronunciation import PRONUNCIATIONS_FILE
 from voz.language.sentences.command_set import Commands
@@ -68,7 +72,9 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
     """
     table = settings.table
     idle = [name for name in commands.names if not any(name in own for own in table.sets.values())]
-    if idle and not code_of_its_own:
+    alone = list(forgotten_alternatives(commands, table))
+    yield from alone
+    if idle and not code_of_its_own and not alone:
         yield f"no line of [commands] in voz.toml says what to do at {_quoted(idle)}"
     defined = [name for own in (settings.commands, *settings.states.values()) for name in own]
     defined += [
@@ -79,6 +85,17 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
     if unsaid := missing_commands(commands, defined):
         quoted = _quoted(unsaid)
         yield f"no line of the list of commands is {quoted}: add it, and run `voz build-lm`"
+
+
+def forgotten_alternatives(commands: Commands, table: CommandTable) -> Iterator[str]:
+    """Yield a line for each template of which only some commands do something."""
+    for names in commands.alternatives:
+        done = [name for name in names if any(name in own for own in table.sets.values())]
+        if done and (idle := [name for name in names if name not in done]):
+            yield (
+                f"[commands] in voz.toml says what to do at {_quoted(done)}, and not at "
+                f"{_quoted(idle)} of the same line: add it, or give the line a name"
+            )
 
 
 def missing_commands(commands: Commands, named: Iterable[str]) -> list[str]:
@@ -105,7 +122,7 @@ def list_files(files: LanguageFiles) -> list[Path]:
         LanguageError: the language files cannot be used.
     """
     sources = list_sources(files) or [files.commands]
-    return [*sources, *(sources[0].parent / name for name in BESIDE_THE_LIST)]
+    return [*sources, *(folder_of(sources[0]) / name for name in BESIDE_THE_LIST)]
 
 
 def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
@@ -113,7 +130,7 @@ def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
     path = list_files(files)[0]
     source = read_list(path, configured_language(settings.language))
     settings = matched_settings(settings, source.commands)
-    expected = path.parent / EXPECTED_SENTENCES_FILE
+    expected = folder_of(path) / EXPECTED_SENTENCES_FILE
     if expected.is_file():
         data = read_bytes(expected, CommandsError, "give a readable text file")
         for wrong in failed_expectations(source.commands, data, str(expected)):

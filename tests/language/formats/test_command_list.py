@@ -55,10 +55,9 @@ def test_each_word_has_the_place_where_it_first_stands():
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"stop\nmove 5", 'l:2: "5" is a digit; write the number as words'),
-        (b"stop!", 'l:1: "!" cannot be spoken; remove it'),
-        (b"x-ray", 'l:1: "-" cannot be spoken; write a space instead'),
-        ("don’t".encode(), "write a plain apostrophe (')"),  # noqa: RUF001
+        ("stop\nmove ½".encode(), 'l:2: "½" is a digit; write the number as words'),
+        (b"stop @ home", 'l:1: "@" cannot be spoken; remove it'),
+        (b"stop\n...", "l:2: has no word; remove this line, or write what is said"),
         (b"go\0back", "l:1: the character U+0000 cannot be spoken; remove it"),
         (b"go\x0bback", "U+000B"),
         (b"stop\ncaf\xe9", "l:2: is not UTF-8 text; save the file as UTF-8"),
@@ -326,7 +325,7 @@ def test_jsgf(tmp_path: Path) -> None:
         ("paint", {"color": "blue"}),
         ("paint", {"color": "red"}),
         ("STOP", {}),
-        ("wait still", {}),
+        ("hold still", {}),
     ]
 
 
@@ -352,9 +351,9 @@ CHAIN = "public <go> = <r0>;\n" + "".join(f"<r{n}> = <r{n + 1}>;\n" for n in ran
         (
             "a.yaml",
             "data:\n  - 'go {x}'\nlists:\n  x: {wildcard: true}",
-            ":4:6: wildcards are not supported",
+            ":2:6: this sentence is left out, as wildcards are not supported",
         ),
-        ("a.yaml", "data: ['go ! on']\n", ':1:12: "!" cannot be spoken'),
+        ("a.yaml", "data: ['go @ on']\n", ':1:12: "@" cannot be spoken'),
         (
             "a.yaml",
             "context: {expressions: {a: ['go $pv.Foo:b']}}",
@@ -363,11 +362,16 @@ CHAIN = "public <go> = <r0>;\n" + "".join(f"<r{n}> = <r{n + 1}>;\n" for n in ran
         ("a.yaml", "context: {expressions: {a: ['go $b:c']}}", 'there is no list "b"'),
         ("a.gram", "#JSGF V1.0;\ngrammar a;\npublic <a> = go+;\n", ':3:16: "+" repeats without'),
         ("a.gram", "grammar a;\npublic <a> = go (b)*;\n", ':2:20: "*" repeats without'),
-        ("a.gram", "grammar a;\npublic <a> = /2/ go | /1/ b;\n", ":2:14: /2/ is not a weight"),
+        ("a.gram", "grammar a;\npublic <a> = /x/ go | /1/ b;\n", ":2:14: /x/ is not a weight"),
         ("a.gram", "grammar a;\npublic <a> = go <b>;\n<b> = c <a>;", "is recursive"),
         ("a.gram", "grammar a;\n<a> = go;\n", ":1: no rule is public"),
         ("a.gram", "grammar a;\nimport <b.c>;\n", ":2:1: imports are not supported"),
-        ("a.gram", "grammar a;\npublic <a> = go\n", ":2:1: expected a rule"),
+        ("a.gram", "grammar a;\npublic <a> = go\n", ":2:1: the rule <a> does not end"),
+        (
+            "a.gram",
+            "grammar a;\npublic <a> = go\n<b> = c;\n",
+            ':2:1: the rule <a> does not end; write ";"',
+        ),
         ("a.gram", CHAIN, ":32:9: more than 30 nested names"),
     ],
 )

@@ -61,7 +61,7 @@ class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
     score: float | None = None  # as in `Utterance`, like those that follow
     next_best: str | None = None
     command: str | None = None
-    slots: Mapping[str, str | int | float] = {}
+    slots: Mapping[str, bool | str | int | float] = {}
     words: tuple[SpokenWord, ...] = ()
     best: tuple[Alternative, ...] = ()
     manifest: ManifestFields = {}

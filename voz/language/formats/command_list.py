@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -11,10 +13,11 @@ from voz.errors import CommandsError
 from voz.files import read_bytes, shown_path
 from voz.language.formats.notation import has_templates, parse_templates
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
+from voz.language.sentences.spelling import find_unspeakable, length_complaint, spoken_forms
 from voz.language.sentences.templates import TemplateSource
 from voz.language.sentences.text_lines import (
     MAX_TEXT_BYTES,
+    Faults,
     content_lines,
     error_at,
     summarize_warnings,
@@ -22,10 +25,38 @@ from voz.language.sentences.text_lines import (
 
 MAX_COMMAND_WORDS = 12
 
+EXPECTED_SENTENCES_FILE = "tests.txt"
+
+_BESIDE = (EXPECTED_SENTENCES_FILE, "pronunciations.txt", "comandos_voz.gram")
+"""What is no list, and may be beside one: the last is made from it."""
+
 
 def read_user_file(path: Path) -> bytes:
     """Read a text file that a user wrote; raises CommandsError."""
     return read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)
+
+
+def read_file_or_names(path: Path) -> bytes:
+    """Read a text file that a user wrote, of a folder the names in it; raises CommandsError."""
+    if path.is_dir():
+        return b"\n".join(os.fsencode(file.name) for file in files_of_folder(path))
+    return read_user_file(path)
+
+
+def files_of_folder(folder: Path) -> list[Path]:
+    """Return the files of a folder that are one list together, in the order of their names."""
+    try:
+        files = sorted(path for path in folder.iterdir() if path.is_file())
+    except OSError as error:
+        raise CommandsError(f"{shown_path(folder)}: {error.strerror}; give another") from None
+    files = [path for path in files if path.name not in _BESIDE]
+    found = [path for path in files if has_known_ending(path)]
+    return found or [path for path in files if path.suffix == ".txt"]
+
+
+def folder_of(commands: Path) -> Path:
+    """Return the folder of a list, in which is what belongs to it; a folder is its own."""
+    return commands if commands.is_dir() else commands.parent
 
 
 @dataclass(frozen=True)
@@ -61,14 +92,17 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     """
     lines: dict[str, int] = {}
     repeats: list[str] = []
+    faults = Faults()
     for number, text in content_lines(data, name):
-        _check_sentence(text, f"{name}:{number}")
-        sentence = normalize(text)
+        with faults:
+            _check_sentence(text, f"{name}:{number}")
+        sentence = " ".join(word for ways in spoken_forms(text) for word in ways[0].split())
         first = lines.setdefault(sentence, number)
         if first != number:
             repeats.append(
                 f'{name}:{number}: "{sentence}" is repeated (first in line {first}); kept once'
             )
+    faults.check()
     if not lines:
         raise CommandsError(f"{name}: contains no command; write one sentence per line")
     summary = f"{name}: {len(repeats)} lines repeat an earlier one; each sentence is kept once"
@@ -80,7 +114,9 @@ def parse_commands(data: bytes, name: str) -> CommandList:
 def _check_sentence(text: str, where: str) -> None:
     if found := find_unspeakable(text):
         raise CommandsError(f"{where}: {found[1]}")
-    words = text.split()
+    words = [word for ways in spoken_forms(text) for word in ways[0].split()]
+    if not words:
+        raise CommandsError(f"{where}: has no word; remove this line, or write what is said")
     if len(words) > MAX_COMMAND_WORDS:
         raise CommandsError(
             f"{where}: has {len(words)} words; at most {MAX_COMMAND_WORDS} are allowed"
@@ -88,8 +124,6 @@ def _check_sentence(text: str, where: str) -> None:
     if advice := length_complaint(max(words, key=len)):
         raise CommandsError(f"{where}: {advice}")
 
-
-EXPECTED_SENTENCES_FILE = "tests.txt"
 
 NEGATION = "!"
 """Before a sentence that must not be a command; alone on a line, before all that follow."""
@@ -126,15 +160,24 @@ def has_known_ending(path: Path) -> bool:
 
 
 def is_templates(path: Path, data: bytes) -> bool:
-    """Whether a file has more than plain sentences."""
-    return has_known_ending(path) or has_templates(data)
+    """Whether a file has more than plain sentences; a folder may have."""
+    return path.is_dir() or has_known_ending(path) or has_templates(data)
 
 
 def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
     """Read templates with their imports; return them, and the bytes of each file."""
-    read: dict[Path, bytes] = {}
-    source = _read(path, read)
-    return source, read
+    if not path.is_dir():
+        read: dict[Path, bytes] = {}
+        return _read(path, read), read
+    read = {path: read_file_or_names(path)}
+    sources = [_read(file, read) for file in files_of_folder(path) if file not in read]
+    if not sources:
+        kinds = " or ".join(PARSERS)
+        raise CommandsError(f"{shown_path(path)}: has no list; give a folder with {kinds} files")
+    whole, *others = sources
+    for other in others:
+        whole.add(other)
+    return replace(whole, name=shown_path(path)), read
 
 
 def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
@@ -187,12 +230,20 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
     parts = text.mapping(text.root, "intents (of hassil) or a context (of Rhino)")
     if "context" in parts:
         return parse_rhino(text)
-    if not parts.keys() & {*SENTENCE_SECTIONS, "lists", "expansion_rules"}:
+    if not parts.keys() & {*SENTENCE_SECTIONS, "lists", "expansion_rules", "skip_words"}:
         raise error_at(
             text.place(text.root),
             'expected "intents" (hassil) or "context" (Rhino)',
         )
     return parse_hassil(text)
+
+
+def _keywords(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    """Parse a keyword list of pocketsphinx: what is said, then its threshold, as /1e-20/."""
+    return parse_templates(_THRESHOLD.sub(b"", data), name)
+
+
+_THRESHOLD = re.compile(rb"[ \t]*/[-+.0-9eE]*/[ \t]*$", re.MULTILINE)
 
 
 def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
@@ -210,5 +261,7 @@ PARSERS: Mapping[str, FormatParser] = {
     ".yml": _yaml,
     ".gram": _jsgf,
     ".jsgf": _jsgf,
+    ".kwlist": _keywords,
+    ".kws": _keywords,
 }
 """By the ending of the file; other files are in voz's own notation."""

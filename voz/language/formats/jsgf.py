@@ -22,17 +22,26 @@ from voz.language.sentences.expression import (
     parse_value,
     references,
 )
-from voz.language.sentences.templates import Template, TemplateSource
-from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
+from voz.language.sentences.templates import Advice, Template, TemplateSource
+from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
 
-_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_TAG = r"\{(?:\\.|[^{}\\])*\}"
+_QUOTED = r"\"[^\"]*\""
+_COMMENT = re.compile(rf"({_TAG}|{_QUOTED})|//[^\n]*|/\*.*?\*/", re.DOTALL)
 _HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
 _VISIBLE = re.compile(r"\S")
 _IMPORT = re.compile(r"\s*import\b")
-_JSGF_RULE = re.compile(
-    r"\s*(public\s+)?<([\w.$-]+)>\s*=((?:[^;{\"]|\{(?:\\.|[^{}\\])*\}|\"[^\"]*\")*);"
-)
+_HEAD = r"(public\s+)?<([^<>\s]+)>\s*="
+_JSGF_RULE = re.compile(rf"\s*{_HEAD}((?:[^;{{\"]|{_TAG}|{_QUOTED})*)(;|\Z)")
+_NEXT_RULE = re.compile(rf"(?m:^)\s*(?={_HEAD})")
 _WEIGHT = re.compile(r"/\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*/")
+
+
+JSGF_ADVICE = Advice(
+    rule="<NAME> = red | green;",
+    list="<NAME> = red | green;",
+    sentence="write rules, as in: public <command> = stop;",
+)
 
 
 class JsgfParser(Parser):
@@ -70,15 +79,8 @@ class JsgfParser(Parser):
             items.append(self.atom())
 
     def _weight(self, token: Token) -> None:
-        match = _WEIGHT.fullmatch(token.text)
-        try:
-            weight = float(match[1]) if match else -1.0
-        except ValueError:
-            weight = -1.0
-        if not 0 <= weight <= 1:
-            self.fail(
-                f"{token.text} is not a weight from 0 to 1; divide all by their sum", token.at
-            )
+        if not _WEIGHT.fullmatch(token.text):
+            self.fail(f"{token.text} is not a weight, as /0.5/; remove it", token.at)
 
     def other(self, token: Token) -> Expression:
         """Parse a rule's name, or words in quotes."""
@@ -101,11 +103,13 @@ class JsgfParser(Parser):
 def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     """Parse a grammar, UTF-8; `name` is for messages. Raises CommandsError."""
     text = "\n".join(line for _, line in numbered_lines(data, name))
-    text = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
+    text = _COMMENT.sub(lambda found: found[1] or re.sub(r"[^\n]", " ", found.group()), text)
     whole = Passage(name, 1, 0, text)
     header = _HEADER.match(text)
     at, grammar = (header.end(), header[1] or "") if header else (0, "")
-    source, public = TemplateSource(name), list[tuple[str, Expression, Location]]()
+    source = TemplateSource(name, lenient=True, advice=JSGF_ADVICE)
+    public: list[tuple[str, Expression, Location]] = []
+    faults = Faults()
     while found := _VISIBLE.search(text, at):
         at = found.start()
         if _IMPORT.match(text, at):
@@ -114,12 +118,17 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
         if not match:
             raise error_at(whole.place(at), "expected a rule, as in: <color> = red | green;")
         place = whole.place(at)
-        body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
-        rule = match[2].removeprefix(f"{grammar}.")
-        if match[1]:
-            public.append((rule, body, place))
-        source.define("rule", rule, _slot(rule, body, place), place)
+        following = _NEXT_RULE.search(text, match.start(3), match.end(3))
+        if following or not match[4]:
+            raise error_at(place, f'the rule <{match[2]}> does not end; write ";" at its end')
         at = match.end()
+        rule = match[2].removeprefix(f"{grammar}.")
+        with faults:
+            body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
+            if match[1]:
+                public.append((rule, body, place))
+            source.define("rule", rule, _slot(rule, body, place), place)
+    faults.check()
     if not public:
         raise error_at(Location(name, 1), 'no rule is public; write "public" before one')
     _add_public(source, public)

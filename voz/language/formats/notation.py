@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -18,11 +19,15 @@ from voz.language.sentences.expression import (
     choice,
     parse_value,
 )
-from voz.language.sentences.spelling import MAX_WORD_LETTERS, compose_accents, normalize
+from voz.language.sentences.spelling import (
+    MAX_WORD_LETTERS,
+    compose_accents,
+    normalize,
+)
 from voz.language.sentences.templates import Template, TemplateSource
-from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
+from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
 
-NAME_PATTERN = r"[A-Za-z_][\w-]*"
+NAME_PATTERN = r"[^\W\d][\w-]*"
 """Of a rule, a list or a slot."""
 
 MAX_JOINED_WORDS = 100
@@ -32,8 +37,12 @@ _NUMBER = r"[-+]?(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"
 _RANGE = re.compile(
     rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})(?:\s*(?:by|,|/|\s)\s*({_NUMBER}))?\s*", re.ASCII
 )
-_SLOT = re.compile(rf"\s*({NAME_PATTERN})\s*(?::(.*))?", re.ASCII | re.DOTALL)
-_NAME = re.compile(rf"\s*({NAME_PATTERN})\s*", re.ASCII)
+_NUMBERED_SLOT = re.compile(rf"(.*\.\..*):\s*({NAME_PATTERN})\s*", re.DOTALL)
+_SEPARATORS = re.compile(r"[(\[][\s|_'-]+[)\]]")
+"""What stands between words, as in `{minutes}( |-)minute` of hassil."""
+
+_SLOT = re.compile(rf"\s*({NAME_PATTERN})\s*(?::(.*))?", re.DOTALL)
+_NAME = re.compile(rf"\s*({NAME_PATTERN})\s*")
 
 
 class Notation(Parser):
@@ -47,7 +56,8 @@ class Notation(Parser):
 
     def __init__(self, passage: Passage, values: bool = False) -> None:
         """Split a passage; `values` allows values, as in a list."""
-        super().__init__(passage)
+        text = _SEPARATORS.sub(lambda found: " " * len(found.group()), passage.text)
+        super().__init__(replace(passage, text=text, whole=passage.whole or passage.text))
         self.values = values
 
     def alternative(self) -> Expression:
@@ -81,18 +91,24 @@ class Notation(Parser):
         if token.spaced:
             return False
         if token.kind == "word":
-            return before.kind in ("slot", "rule") or (before.kind == "mark" and not before.spaced)
-        group = token.kind == "mark" and not after.spaced
-        return before.kind == "word" and (group or token.kind in ("slot", "rule"))
+            ends = before.kind in ("slot", "rule") or (before.kind == "mark" and not before.spaced)
+            return ends and _is_of_word(token.text[0])
+        letters = token.kind == "mark" and not after.spaced
+        letters = letters and (after.kind != "word" or _is_of_word(after.text[0]))
+        named = token.kind in ("slot", "rule")
+        return before.kind == "word" and _is_of_word(before.text[-1]) and (letters or named)
 
     def _joined(self, first: Expression, second: Expression, token: Token) -> Expression:
         one, other = word_spellings(first), word_spellings(second)
         if one is None or other is None or len(one) * len(other) > MAX_JOINED_WORDS:
             self.fail("only letters may touch a word, as in light[s]; add a space", token.at)
-        words = dict.fromkeys(normalize(a + b) for a, b in product(one, other))
-        if any(len(word) > MAX_WORD_LETTERS or not word for word in words):
-            self.fail("this is not a word; add a space", token.at)
-        return choice([Word(word) for word in words])
+        words: dict[str, dict[Expression, None]] = {}  # with their spellings, the usual one first
+        for begin, end in product(one, other):
+            usual, word = normalize(begin.usual + end.usual), normalize(begin.written + end.written)
+            if len(word) > MAX_WORD_LETTERS or not word:
+                self.fail("this is not a word; add a space", token.at)
+            words.setdefault(usual, {})[Word(word)] = None
+        return choice([choice([*spellings], synonyms=True) for spellings in words.values()])
 
     def other(self, token: Token) -> Expression:
         """Parse a slot or a rule."""
@@ -111,6 +127,9 @@ class Notation(Parser):
 def slot(passage: Passage) -> Slot:
     """Parse the inside of braces: `color`, `thing:object` or `angle: 5..180 by 5`."""
     place = passage.place()
+    numbered = _NUMBERED_SLOT.fullmatch(passage.text)
+    if numbered and (numbers := number_range(numbered[1], place)):
+        return Slot(numbered[2], numbers, place)
     match = _SLOT.fullmatch(passage.text)
     if not match:
         raise error_at(place, "the name of a slot is one word, as in {color}")
@@ -141,10 +160,15 @@ def number_range(text: str, place: Location) -> NumberRange | None:
     return check_range(NumberRange(first, last, step), place)
 
 
-_MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
+def _is_of_word(char: str) -> bool:
+    """Whether a character is a part of a word; `%` is a word of its own, and `-` stands between."""
+    return char.isalpha() or char in "'‘’`´"  # noqa: RUF001 (what keyboards make of an apostrophe)
+
+
+_MARKS = re.compile(rb"[()\[\]{}<>|;:=0-9]")  # a number is said in several ways
 _IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
-_TEMPLATE_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=", re.ASCII)
-_LIST = re.compile(rf"\s*({NAME_PATTERN})\s*=", re.ASCII)
+_TEMPLATE_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=")
+_LIST = re.compile(rf"\s*({NAME_PATTERN})\s*=")
 _COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
 
 
@@ -160,11 +184,13 @@ def _is_import(line: bytes) -> bool:
 
 def parse_templates(data: bytes, name: str) -> TemplateSource:
     """Parse a file in voz's notation, UTF-8; `name` is for messages. Raises CommandsError."""
-    source = TemplateSource(name)
+    source, faults = TemplateSource(name), Faults()
     for number, whole in numbered_lines(data, name):
         text = whole.partition("#")[0].rstrip()
         if text.strip():
-            _add(source, Passage(name, number, 0, text))
+            with faults:
+                _add(source, Passage(name, number, 0, text))
+    faults.check()
     return source
 
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import ClassVar, NamedTuple, NoReturn
 
 from voz.language.sentences.expression import (
+    NO_WORDS,
     Choice,
     Expression,
     NumberRange,
@@ -15,8 +16,9 @@ from voz.language.sentences.expression import (
     Word,
     choice,
     concatenation,
+    phrase,
 )
-from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
+from voz.language.sentences.spelling import find_unspeakable, length_complaint, spoken_forms
 from voz.language.sentences.text_lines import Passage, error_at
 
 MAX_GROUP_DEPTH = 40
@@ -24,6 +26,9 @@ MAX_GROUP_DEPTH = 40
 
 MAX_PERMUTED_PARTS = 5
 """Six parts have 720 orders."""
+
+
+_NUMBER = re.compile(r"-?[0-9]{1,6}(\.[0-9]{1,6})?", re.ASCII)
 
 
 class Token(NamedTuple):
@@ -44,8 +49,8 @@ class Parser:
     PARTS: ClassVar[str] = "|"
     """Separators of alternatives; `;` means in any order."""
 
-    DIGITS: ClassVar[bool] = False
-    """Whether numbers may be written in digits."""
+    EMPTY: ClassVar[bool] = False
+    """Whether an alternative may have no word."""
 
     OPTIONAL: ClassVar[tuple[str, str]] = ("[", "]")
     GROUP: ClassVar[tuple[str, str]] = ("(", ")")
@@ -105,7 +110,7 @@ class Parser:
         begin = self.next.at
         while not (self.next.kind == "end" or self.ends()):
             self.item(items)
-        if not items:
+        if not items and not self.EMPTY:
             self.fail('empty alternative; write "[...]" around optional words', begin)
         return concatenation(items)
 
@@ -148,14 +153,20 @@ class Parser:
         return Optional(inner) if token.text == self.OPTIONAL[0] else inner
 
     def word(self, token: Token) -> Expression:
-        """Check a word."""
-        if self.DIGITS and token.text.isascii() and token.text.isdigit() and len(token.text) <= 6:
-            return NumberRange(Fraction(token.text), Fraction(token.text), Fraction(1))
+        """Return how what is written without a space is said; raises CommandsError."""
         if found := find_unspeakable(token.text):
             self.fail(found[1], token.at + found[0])
-        if advice := length_complaint(token.text):
-            self.fail(advice, token.at)
-        return Word(normalize(token.text))
+        each = spoken_forms(token.text)
+        for way in (ways[0] for ways in each):
+            if any(map(str.isdigit, way)):
+                self.fail(f"{way} is no number that voz can say; write it as words", token.at)
+            if advice := length_complaint(way):
+                self.fail(advice, token.at)
+        if number := _NUMBER.fullmatch(token.text):
+            return NumberRange(Fraction(number[0]), Fraction(number[0]), Fraction(1))
+        return concatenation(
+            [choice([phrase(way) for way in ways], synonyms=True) for ways in each]
+        )
 
     def _split(self) -> list[Token]:
         text, end = self.passage.text, 0
@@ -168,14 +179,25 @@ class Parser:
         return [*found, Token("end", "", len(text.rstrip()), True)]
 
 
-def word_spellings(item: Expression) -> list[str] | None:
+class Spelling(NamedTuple):
+    """A spelling of a word, and the one without what may be left out."""
+
+    usual: str
+    written: str
+
+
+def word_spellings(item: Expression) -> list[Spelling] | None:
     """Return all spellings of a group of single words; None if it is something else."""
     if isinstance(item, Word):
-        return [item.text]
+        return [Spelling(item.text, item.text)]
+    if item == NO_WORDS:
+        return [Spelling("", "")]
     if isinstance(item, Optional):
         inner = word_spellings(item.item)
-        return None if inner is None else ["", *inner]
+        return (
+            None if inner is None else [Spelling("", ""), *(Spelling("", s.written) for s in inner)]
+        )
     if isinstance(item, Choice):
         each = [word_spellings(one) for one in item.items]
-        return None if None in each else [text for texts in each for text in texts or ()]
+        return None if None in each else [one for found in each for one in found or ()]
     return None

@@ -8,34 +8,63 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 
 from voz.language.formats.parser import Parser, Token
 from voz.language.sentences.expression import (
     NO_WORDS,
+    Choice,
     DefinitionKey,
     Expression,
     NumberRange,
+    Optional,
     Reference,
     Slot,
     Tag,
+    Value,
     check_range,
     choice,
     parse_value,
+    plain_words,
     references,
     renamed,
+    with_children,
 )
-from voz.language.sentences.templates import Template, TemplateSource
-from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
+from voz.language.sentences.templates import Advice, Template, TemplateSource
+from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RHASSPY_RULE = re.compile(r"\s*([\w-]+)\s*=")
-_TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?(?:!\w+)*\s*\}")
+_TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?((?:!\w+)*)\s*\}")
+CONVERTERS: Mapping[str, Callable[[Value], Value]] = {
+    "int": lambda value: int(float(value)),
+    "float": float,
+    "bool": lambda value: _truth(str(value).lower()),
+    "upper": lambda value: str(value).upper(),
+    "lower": lambda value: str(value).lower(),
+}
+
+_TRUE, _FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
+
+
+def _truth(text: str) -> bool:
+    if text not in (*_TRUE, *_FALSE):
+        raise ValueError
+    return text in _TRUE
+
+
 _RANGE = re.compile(r"(-?[0-9]{1,6})\.\.(-?[0-9]{1,6})(?:,([0-9]{1,6}))?", re.ASCII)
 
 ReadSlots = Callable[[str], tuple[str, bytes] | None]
 """Reads a list: what messages call its file, and its bytes; None if there is none."""
+
+
+RHASSPY_ADVICE = Advice(
+    rule="NAME = (would you | please)",
+    list="slots/NAME",
+    sentence="write [Intent] and its sentences",
+)
 
 
 class RhasspyParser(Parser):
@@ -43,10 +72,9 @@ class RhasspyParser(Parser):
 
     TOKEN = re.compile(
         r"(?P<tag>\{[^{}]*\})|(?P<rule><[^<>]*>)|(?P<list>\$[\w/.-]+)"
-        r"|(?P<value>:(?:\([^()]*\)|[^\s()\[\]{}<>|]*))|(?P<converter>!\w+)"
+        r"|(?P<value>:(?:\([^()]*\)|[^\s()\[\]{}<>|!]*))|(?P<converter>!\w+)"
         r"|(?P<mark>[()\[\]{}<>|])|(?P<word>[^\s()\[\]{}<>|:!$]+)"
     )
-    DIGITS = True
 
     def item(self, items: list[Expression]) -> None:
         """Parse one more item; values, converters and tags apply to the one before it."""
@@ -61,7 +89,9 @@ class RhasspyParser(Parser):
             self.take()
             items.append(self._slot(items.pop(), token))
         elif token.kind == "converter":
-            self.take()  # a number is one already, and words are in lower case
+            if not items or token.spaced:
+                self.fail("no words before this converter; write it as in half:30!int", token.at)
+            items.append(self._converted(items.pop(), self.take().text[1:], token.at))
         else:
             items.append(self.atom())
 
@@ -69,11 +99,30 @@ class RhasspyParser(Parser):
         match = _TAG.fullmatch(token.text)
         if not match:
             self.fail("a tag is one word, optionally with a value, as in {color:red}", token.at)
-        place = self.passage.place(token.at)
-        value = match[2]
-        return Slot(
-            match[1], item if value is None else Tag(item, parse_value(value.strip())), place
-        )
+        name, value, converters = match.groups()
+        if value is not None:
+            item = Tag(item, parse_value(value.strip()))
+        for converter in converters.split("!")[1:]:
+            item = self._converted(item, converter, token.at)
+        return Slot(name, item, self.passage.place(token.at))
+
+    def _converted(self, item: Expression, converter: str, at: int) -> Expression:
+        """Return what is said with its value converted."""
+        if converter not in CONVERTERS:
+            known = ", ".join(CONVERTERS)
+            self.fail(f"there is no converter {converter}; the converters are {known}", at)
+        if isinstance(item, Choice | Optional):
+            return with_children(item, lambda one: self._converted(one, converter, at))
+        if isinstance(item, Tag):
+            said, value = item.item, item.value
+        elif (text := plain_words(item)) is not None:
+            said, value = item, text
+        else:  # a list or a range has its numbers as such
+            return item
+        try:
+            return Tag(said, CONVERTERS[converter](value))
+        except ValueError:
+            self.fail(f'"{value}" cannot be converted by !{converter}; write another value', at)
 
     def word(self, token: Token) -> Expression:
         """Check a word; it may be a range of numbers."""
@@ -94,7 +143,7 @@ class RhasspyParser(Parser):
 
 def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSource:
     """Parse a `sentences.ini`, UTF-8, which messages call `name`; raises CommandsError."""
-    source = TemplateSource(name)
+    source, faults = TemplateSource(name, lenient=True, advice=RHASSPY_ADVICE), Faults()
     intent = ""
     own: dict[str, dict[DefinitionKey, str]] = {}
     for number, line in numbered_lines(data, name):
@@ -107,7 +156,9 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
         passage = Passage(name, number, 0, text)
         if not intent:
             raise error_at(passage.place(), "no [Intent] before this line; add one")
-        _add(source, intent, passage, own.setdefault(intent, {}))
+        with faults:
+            _add(source, intent, passage, own.setdefault(intent, {}))
+    faults.check()
     _use_names(source, own)
     _add_lists(source, read_slots)
     return source

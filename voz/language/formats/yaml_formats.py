@@ -12,6 +12,7 @@ import yaml
 from voz.language.formats.notation import Notation
 from voz.language.formats.parser import Parser, Token
 from voz.language.sentences.expression import (
+    NO_WORDS,
     Concatenation,
     DefinitionKey,
     DefinitionKind,
@@ -27,8 +28,8 @@ from voz.language.sentences.expression import (
     phrase,
     renamed,
 )
-from voz.language.sentences.templates import Template, TemplateSource
-from voz.language.sentences.text_lines import Location, Passage, error_at, numbered_lines
+from voz.language.sentences.templates import Advice, Template, TemplateSource
+from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
 
 
 class Yaml:
@@ -86,45 +87,63 @@ class Yaml:
         )
 
 
-SENTENCE_SECTIONS = ("intents", "data")
+SENTENCE_SECTIONS = ("intents", "data", "sentences")
 """Every file with sentences has one of them."""
 
-CONTEXT_KEYS = {"requires_context", "excludes_context"}
+CONTEXT_KEYS = ("requires_context", "excludes_context")
 """Conditions on sentences, which are not supported."""
+
+HASSIL_ADVICE = Advice(
+    rule='expansion_rules: {NAME: "would you | please"}',
+    list="lists: {NAME: {values: [red, green]}}",
+    sentence="write intents and their sentences",
+)
 
 
 class HassilNotation(Notation):
-    """voz's notation with numbers in digits."""
+    """voz's notation, in which an alternative may be empty."""
 
-    DIGITS = True
+    EMPTY = True
 
 
 def parse_hassil(text: Yaml) -> TemplateSource:
     """Parse a YAML file of hassil; raises CommandsError."""
-    source = TemplateSource(text.name)
+    source, faults = TemplateSource(text.name, lenient=True, advice=HASSIL_ADVICE), Faults()
     parts = text.mapping(text.root, "intents, lists and expansion_rules")
-    _definitions(text, source, parts, "")
-    for name in ("wildcards", "skip_words"):
-        if name in parts and text.sequence(parts[name], "words"):
-            raise error_at(text.place(parts[name]), _WHY[name])
+    with faults:
+        _definitions(text, source, parts, "")
     if "intents" in parts:
         for intent, node in text.mapping(parts["intents"], "the intents").items():
             block = text.mapping(node, "the data of the intent")
             if "data" not in block:
                 raise error_at(text.place(node), '"data" is missing; add the sentences')
             for number, data in enumerate(text.sequence(block["data"], "sentences"), start=1):
-                _block(text, source, intent, data, f"{intent}.{number}.")
+                with faults:
+                    _block(text, source, intent, data, f"{intent}.{number}.")
     if "data" in parts:
         for number, node in enumerate(text.sequence(parts["data"], "sentences"), start=1):
-            _block(text, source, None, node, f"data.{number}.")
+            with faults:
+                _block(text, source, None, node, f"data.{number}.")
+    for node in text.sequence(parts["sentences"], "sentences") if "sentences" in parts else ():
+        with faults:
+            source.templates += _corrected(text, node)
+    faults.check()
+    if "skip_words" in parts and (words := text.sequence(parts["skip_words"], "words")):
+        source.skipped = choice([HassilNotation(text.text(word)).parse() for word in words])
     return source
 
 
-_WHY = {
-    "wildcards": "wildcards are not supported; write the values as a list",
-    "skip_words": "skip words are not supported; write [please] where they may stand",
-    "wildcard": "wildcards are not supported; write the values",
-}
+def _corrected(text: Yaml, node: yaml.Node) -> list[Template]:
+    """Return the templates of a sentence of wyoming-vosk, which may have an `in` and an `out`."""
+    if not isinstance(node, yaml.MappingNode):
+        return [_sentence(text, None, node, {}, {})]
+    parts = text.mapping(node, "in and out")
+    if "in" not in parts:
+        raise error_at(text.place(node), '"in" is missing; add what is said')
+    said = parts["in"]
+    command = text.text(parts["out"]).text if "out" in parts else None
+    each = said.value if isinstance(said, yaml.SequenceNode) else [said]
+    return [_sentence(text, command, one, {}, {}) for one in each]
 
 
 def _block(
@@ -135,17 +154,20 @@ def _block(
         source.templates.append(_sentence(text, intent, node, {}, {}))
         return
     parts = text.mapping(node, "sentences")
-    for name in CONTEXT_KEYS & parts.keys():
-        raise error_at(
-            text.place(parts[name]), f"{name} is not supported; remove it or these sentences"
+    if "sentences" not in parts:
+        raise error_at(text.place(node), '"sentences" is missing')
+    sentences = text.sequence(parts["sentences"], "sentences")
+    if condition := next((name for name in CONTEXT_KEYS if name in parts), None):
+        source.warnings.append(
+            f"{text.place(parts[condition])}: {len(sentences)} sentences are left out, as "
+            f"{condition} is not supported"
         )
+        return
     names = _definitions(text, source, parts, scope)
     constants: dict[str, Value] = {}
     for slot, value in text.mapping(parts["slots"], "slots").items() if "slots" in parts else ():
         constants[slot] = parse_value(text.text(value).text)
-    if "sentences" not in parts:
-        raise error_at(text.place(node), '"sentences" is missing')
-    for sentence in text.sequence(parts["sentences"], "sentences"):
+    for sentence in sentences:
         source.templates.append(_sentence(text, intent, sentence, constants, names))
 
 
@@ -172,19 +194,35 @@ def _definitions(
         names.update((("list", name), scope + name) for name in lists)
         names.update((("rule", name), scope + name) for name in rules)
     for name, node in lists.items():
-        source.define("list", scope + name, renamed(_list(text, node), names), text.place(node))
+        place = text.place(node)
+        if unsupported := _unsupported(text, node):
+            source.define("list", scope + name, NO_WORDS, place, unsupported)
+        else:
+            source.define("list", scope + name, renamed(_list(text, node), names), place)
     for name, node in rules.items():
         body = renamed(HassilNotation(text.text(node)).parse(), names)
         source.define("rule", scope + name, body, text.place(node))
     return names
 
 
+def _unsupported(text: Yaml, node: yaml.Node) -> str:
+    """Return what of a list is not supported; empty if all is."""
+    parts = text.mapping(node, "values") if isinstance(node, yaml.MappingNode) else {}
+    if "wildcard" in parts:
+        return "wildcards are not supported"
+    values = parts.get("values", node)
+    for value in values.value if isinstance(values, yaml.SequenceNode) else ():
+        if isinstance(value, yaml.MappingNode):
+            out = text.mapping(value, "in and out").get("out")
+            if out is not None and not isinstance(out, yaml.ScalarNode):
+                return "values that are lists are not supported"
+    return ""
+
+
 def _list(text: Yaml, node: yaml.Node) -> Expression:
     place = text.place(node)
     if isinstance(node, yaml.MappingNode):
         parts = text.mapping(node, "values")
-        if "wildcard" in parts:
-            raise error_at(place, _WHY["wildcard"])
         if "range" in parts:
             return _range(text, parts["range"], place)
         if "values" not in parts:
@@ -208,15 +246,21 @@ def _value(text: Yaml, node: yaml.Node) -> Expression:
 
 def _range(text: Yaml, node: yaml.Node, place: Location) -> NumberRange:
     parts = {name: text.text(value).text for name, value in text.mapping(node, "from, to").items()}
-    if unknown := {"multiplier", "fractions"} & parts.keys():
-        raise error_at(place, f"{min(unknown)} is not supported; use only from, to and step")
     try:
         first, last = Fraction(parts["from"]), Fraction(parts["to"])
-        step = Fraction(parts.get("step", "1"))
+        step = Fraction(parts.get("step", FRACTIONS[parts.get("fractions", "none")]))
+        factor = Fraction(parts.get("multiplier", "1"))
     except (KeyError, ValueError, ZeroDivisionError):
-        raise error_at(place, "invalid range; write it as from: 0, to: 100, step: 5") from None
-    return check_range(NumberRange(first, last, step), place)
+        raise error_at(
+            place,
+            "invalid range; write it as from: 0, to: 100, step: 5, or with fractions: halves "
+            "or tenths, and multiplier: 2",
+        ) from None
+    return check_range(NumberRange(first, last, step, factor), place)
 
+
+FRACTIONS = {"none": "1", "halves": "1/2", "tenths": "1/10"}
+"""The steps of a range by what hassil calls them."""
 
 BUILT_IN_NUMBERS: Mapping[str, int] = {
     "SingleDigitInteger": 9,
@@ -238,7 +282,6 @@ class RhinoParser(Parser):
     PARTS = ","
     OPTIONAL = ("(", ")")
     GROUP = ("[", "]")
-    DIGITS = True
 
     def other(self, token: Token) -> Expression:
         """Parse a slot or a macro."""
@@ -262,9 +305,16 @@ class RhinoParser(Parser):
         return NumberRange(Fraction(0), Fraction(BUILT_IN_NUMBERS[kind]), Fraction(1))
 
 
+RHINO_ADVICE = Advice(
+    rule='macros: {NAME: ["would you", please]}',
+    list="slots: {NAME: [red, green]}",
+    sentence="write expressions",
+)
+
+
 def parse_rhino(text: Yaml) -> TemplateSource:
     """Parse a YAML context of Rhino; raises CommandsError."""
-    source = TemplateSource(text.name)
+    source = TemplateSource(text.name, lenient=True, advice=RHINO_ADVICE)
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")
     if "expressions" not in parts:

@@ -97,11 +97,13 @@ class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
         command: its name.
         constants: slots that are always the same.
         reader: finds the others; None if there are none.
+        template: the number of the template, which gives several commands if it has no name.
     """
 
     command: str
     constants: dict[str, Value] = {}
     reader: SlotReader | None = None
+    template: int = 0
 
 
 @dataclass(frozen=True)
@@ -187,6 +189,14 @@ class Commands(Collection[str]):
         found = self._plain_names.get(plain_form(name), [])
         exact = [each for each in found if len(found) == 1 or each == normalize(name)]
         return exact[0] if exact else None
+
+    @cached_property
+    def alternatives(self) -> list[tuple[str, ...]]:
+        """The commands of each template that gives several, in the order of the list."""
+        found: dict[int, dict[str, None]] = {}
+        for meaning in self.meanings:
+            found.setdefault(meaning.template, {})[meaning.command] = None
+        return [tuple(names) for names in found.values() if len(names) > 1]
 
     def parse(self, text: str) -> Parse | None:
         """Find what a sentence means; None if it is not in the language.
@@ -328,7 +338,8 @@ def _words(sentences: Iterable[str]) -> set[str]:
 
 def plain_commands(sentences: Sequence[str]) -> Commands:
     """The commands of a plain list: each sentence is its own command."""
-    return Commands(prefix_tree(sentences), [Meaning(sentence) for sentence in sentences])
+    meanings = [Meaning(sentence, template=number) for number, sentence in enumerate(sentences)]
+    return Commands(prefix_tree(sentences), meanings)
 
 
 class StoredCommands(msgspec.Struct, frozen=True):

@@ -17,8 +17,8 @@ DefinitionKind = Literal["rule", "list"]
 DefinitionKey: TypeAlias = tuple[DefinitionKind, str]
 """The kind and name of a rule or a list."""
 
-Value: TypeAlias = str | int | float
-"""Of a slot: words, or a number."""
+Value: TypeAlias = bool | str | int | float
+"""Of a slot: words, a number, true or false."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,10 @@ class Concatenation:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of several items."""
+    """One of several items; `synonyms` mean the same in every template, the first names it."""
 
     items: tuple[Expression, ...]
+    synonyms: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +67,15 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class NumberRange:
-    """A number in words: from first to last by step, in all usual wordings."""
+    """A number in words: from first to last by step, in all usual wordings.
+
+    Its value is the number times `factor`.
+    """
 
     first: Fraction
     last: Fraction
     step: Fraction
+    factor: Fraction = Fraction(1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,14 +157,35 @@ def concatenation(items: list[Expression]) -> Expression:
     return items[0] if len(items) == 1 else Concatenation(tuple(items))
 
 
-def choice(items: list[Expression]) -> Expression:
+def choice(items: list[Expression], *, synonyms: bool = False) -> Expression:
     """Make a choice of expressions; a single one stays as it is."""
-    return items[0] if len(items) == 1 else Choice(tuple(items))
+    different = tuple(dict.fromkeys(items))
+    return different[0] if len(different) == 1 else Choice(different, synonyms)
+
+
+def may_be_empty(item: Expression) -> bool:
+    """Whether an expression may have no word: whatever it says may be left out."""
+    if isinstance(item, Concatenation | Permutation):
+        return all(map(may_be_empty, item.items))
+    if isinstance(item, Choice):
+        return any(map(may_be_empty, item.items))
+    if isinstance(item, Tag | Slot | ResolvedReference):
+        return may_be_empty(item.item)
+    return isinstance(item, Optional)
 
 
 def phrase(text: str) -> Expression:
     """Make words in a row."""
     return concatenation([Word(word) for word in text.split()])
+
+
+def plain_words(item: Expression) -> str | None:
+    """Return the text of words in a row; None if it is something else."""
+    if isinstance(item, Word):
+        return item.text
+    if isinstance(item, Concatenation) and all(isinstance(one, Word) for one in item.items):
+        return " ".join(one.text for one in item.items if isinstance(one, Word))
+    return None
 
 
 def parse_value(text: str) -> Value:
@@ -212,7 +238,8 @@ def tagged_wordings(numbers: NumberRange) -> Expression:
     for number in numbers_in(numbers):
         for text in wordings(number):
             said.setdefault(text, number)
-    return choice([Tag(phrase(text), plain_number(number)) for text, number in said.items()])
+    values = {number: plain_number(number * numbers.factor) for number in said.values()}
+    return choice([Tag(phrase(text), values[number]) for text, number in said.items()])
 
 
 class Size(NamedTuple):
@@ -258,6 +285,8 @@ def _size_of_numbers(numbers: NumberRange) -> Size:
 
 def default_name(item: Expression) -> str:
     """Return the first sentence of a template without options; a slot is its name."""
+    if may_be_empty(item) and not isinstance(item, Slot):
+        return ""
     if isinstance(item, Word):
         return item.text
     if isinstance(item, Slot):

@@ -16,9 +16,11 @@ COMBINING_SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
 ANY_LETTER = rf"(?:[^\W\d_]|{COMBINING_SIGN})"
 """A letter of any language."""
 
-# Of the white space only the space and the tab are meant to be in a line of text: the others
-# that `\s` knows below U+0020 are control characters.
-_UNUSUAL = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+NOT_SPOKEN = ".,/;:!?…¿¡\"'‘’`´“”„«»()[]"  # noqa: RUF001 (what keyboards make of an apostrophe)
+"""Marks between words, and apostrophes."""
+
+SIGNS = {"%": "percent", "°": "degrees", "&": "and"}
+"""Signs that are words."""
 
 
 def normalize(text: str) -> str:
@@ -38,11 +40,19 @@ def strip_accents(text: str) -> str:
 
 
 def find_unspeakable(text: str) -> tuple[int, str] | None:
-    """Find the first character that cannot stand in a command: its offset, and advice."""
-    for found in _UNUSUAL.finditer(text):
-        if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
-            return found.start(), _advice(found.group())
+    """Find the first character that nobody can say: its offset, and advice."""
+    for at, char in enumerate(text):
+        if not _can_be_spoken(char):
+            return at, _advice(char)
     return None
+
+
+def _can_be_spoken(char: str) -> bool:
+    """Whether a character is spoken, or stands between words."""
+    if char.isascii():
+        return char.isalnum() or char in " \t\n-_" or char in NOT_SPOKEN or char in SIGNS
+    kind = unicodedata.category(char)  # letters, signs put to them, white space, dashes
+    return kind[0] in "LM" or kind in ("Zs", "Pd") or char in NOT_SPOKEN or char in SIGNS
 
 
 def length_complaint(word: str) -> str:
@@ -58,28 +68,28 @@ def length_complaint(word: str) -> str:
 def _advice(char: str) -> str:
     shown = f'"{char}"' if char.isprintable() else f"the character U+{ord(char):04X}"
     if char.isnumeric():
-        return f"{shown} is a digit; write the number as words"
-    if unicodedata.category(char) == "Pd":
-        return f"{shown} cannot be spoken; write a space instead"
-    if char in "‘’`´":  # noqa: RUF001 (what editors and keyboards make of an apostrophe)
-        return f"{shown} cannot be spoken; write a plain apostrophe (') instead"
+        return f"{shown} is a digit; write the number as words, or as 0 to 9"
     return f"{shown} cannot be spoken; remove it"
 
 
-_LETTERS = rf"(?:[^\W_]|{COMBINING_SIGN})+"
-_TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
+_LETTERS = rf"(?:[^\W\d_]|{COMBINING_SIGN})+"
+_TOKEN = re.compile(
+    r"(?a:[0-9]+/[1-9][0-9]*|[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?"
+)
 _PLAIN = str.maketrans(
-    {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
+    {**dict.fromkeys("‘’`´", "'"), **{sign: f" {word} " for sign, word in SIGNS.items()}}  # noqa: RUF001
 )
 """Variants of an apostrophe, and signs that are words."""
+
+_QUOTED = re.compile(r"(?<!\w)'([^']*)'(?!\w)")
 
 _HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
 
 
 def spoken_forms(text: str) -> list[list[str]]:
     """Return the ways to say each word or number of typed text."""
-    plain = _HYPHEN.sub(" ", compose_accents(text.lower()).translate(_PLAIN))
-    return [_said(token) for token in _TOKEN.findall(plain)]
+    plain = _QUOTED.sub(r" \1 ", compose_accents(text.lower()).translate(_PLAIN))
+    return [_said(token) for token in _TOKEN.findall(_HYPHEN.sub(" ", plain))]
 
 
 def plain_form(text: str) -> str:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from voz.language.sentences.expression import (
     Concatenation,
     DefinitionKey,
     DefinitionKind,
     Expression,
+    Optional,
     Permutation,
     Reference,
     ResolvedReference,
@@ -21,7 +22,7 @@ from voz.language.sentences.expression import (
     references,
     with_children,
 )
-from voz.language.sentences.text_lines import Location, error_at
+from voz.language.sentences.text_lines import Location, error_at, summarize_warnings
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,25 @@ class Template:
 
 @dataclass(frozen=True)
 class Definition:
-    """The expression of a rule or a list, and its place."""
+    """The expression of a rule or a list, and its place.
+
+    What cannot be supported has a reason, and sentences that need it are left out.
+    """
 
     expression: Expression
     place: Location
+    unsupported: str = ""
+
+
+class Advice(NamedTuple):
+    """How a rule, a list and a sentence are written in a file; `NAME` stands for a name."""
+
+    rule: str = "<NAME> = would you | please"
+    list: str = "NAME = red | green"
+    sentence: str = "write one sentence per line"
+
+
+VOZ_ADVICE = Advice()
 
 
 @dataclass
@@ -58,34 +74,57 @@ class TemplateSource:
         templates: in their order.
         definitions: of rules and lists, by kind and name.
         imports: names of other files, and where they are named.
+        lenient: whether what voz's own notation refuses is a warning, as the program that the file
+            is for takes it.
+        skipped: what may be said before and after every sentence.
+        warnings: what the user should know, one line each.
+        advice: how something that is missing is written in this file.
     """
 
     name: str
     templates: list[Template] = field(default_factory=list)
     definitions: dict[DefinitionKey, Definition] = field(default_factory=dict)
     imports: list[tuple[str, Location]] = field(default_factory=list)
+    lenient: bool = False
+    skipped: Expression | None = None
+    warnings: list[str] = field(default_factory=list)
+    advice: Advice = VOZ_ADVICE
 
     def define(
-        self, kind: DefinitionKind, name: str, expression: Expression, place: Location
+        self,
+        kind: DefinitionKind,
+        name: str,
+        expression: Expression,
+        place: Location,
+        unsupported: str = "",
     ) -> None:
         """Add a rule or list; raises CommandsError if the name is taken."""
-        if before := self.definitions.get((kind, name)):
+        before = self.definitions.get((kind, name))
+        if before and before.expression == expression:
+            self.warnings.append(f'{place}: the {kind} "{name}" is there twice ({before.place})')
+        elif before:
             raise error_at(
                 place, f'the {kind} "{name}" is already defined ({before.place}); use another name'
             )
-        self.definitions[kind, name] = Definition(expression, place)
+        else:
+            self.definitions[kind, name] = Definition(expression, place, unsupported)
 
     def add(self, other: TemplateSource) -> None:
         """Add the contents of an imported file; raises CommandsError if a name is taken."""
         self.templates += other.templates
+        self.warnings += other.warnings
+        self.lenient |= other.lenient
+        self.skipped = self.skipped or other.skipped
         for (kind, name), definition in other.definitions.items():
-            self.define(kind, name, definition.expression, definition.place)
+            self.define(kind, name, definition.expression, definition.place, definition.unsupported)
 
 
 def reference_text(kind: DefinitionKind, name: str) -> str:
     """A reference as it is written in a template."""
     return f"<{name}>" if kind == "rule" else f"{{{name}}}"
 
+
+LISTS_OF_HOME_ASSISTANT = ("name", "area", "floor")
 
 MAX_REFERENCE_DEPTH = 30
 """Rules within rules; Python's own limit is not far above."""
@@ -95,25 +134,43 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
     """Replace references by their definitions.
 
     Returns:
-        The templates without references, and a warning for each unused name.
+        The templates without references, and what the user should know.
 
     Raises:
         CommandsError: a name is undefined or contains itself, or a sentence has a slot twice.
     """
     resolver = _Resolver(source)
-    templates = []
+    templates, warnings, left_out = [], list(source.warnings), list[str]()
     for template in source.templates:
-        expression = resolver.resolved(template.expression)
-        slots(expression, resolver.slots)
+        try:
+            expression = resolver.resolved(template.expression)
+        except _UnsupportedError as error:
+            left_out.append(f"{template.place}: this sentence is left out, as {error}")
+            continue
+        twice: list[Slot] = []
+        slots(expression, resolver.slots, twice)
+        for slot in twice:
+            what = f'the slot "{slot.name}" occurs twice in one sentence'
+            if not source.lenient:
+                raise error_at(slot.place, f"{what}; rename one, as in {{{slot.name}:other}}")
+            warnings.append(f"{slot.place}: {what} ({template.place}); the last one counts")
+        if source.skipped:
+            may_be = Optional(resolver.resolved(source.skipped))
+            expression = Concatenation((may_be, expression, may_be))
         templates.append(replace(template, expression=expression))
-    unused = []
+    summary = f"{source.name}: {len(left_out)} sentences are left out, as they use what voz lacks"
+    warnings += summarize_warnings(left_out, summary)
     for (kind, name), definition in source.definitions.items():
-        if (kind, name) not in resolver.known:
+        if (kind, name) not in resolver.known and not definition.unsupported:
             resolver.named(kind, name, definition.place)  # it may still be wrong
-            unused.append(
+            warnings.append(
                 f"{definition.place}: {kind} {reference_text(kind, name)} is never used; remove it"
             )
-    return templates, tuple(unused)
+    return templates, tuple(warnings)
+
+
+class _UnsupportedError(Exception):
+    """A sentence needs what is not supported; the message says what."""
 
 
 class _Resolver:
@@ -134,11 +191,15 @@ class _Resolver:
         definition = self._source.definitions.get((kind, name))
         if definition is None:
             raise error_at(place, self._unknown(kind, name))
+        if definition.unsupported:
+            raise _UnsupportedError(f'{definition.unsupported} ("{name}", {definition.place})')
         if len(self._open) > MAX_REFERENCE_DEPTH:
             raise error_at(place, f"more than {MAX_REFERENCE_DEPTH} nested names; use fewer")
         self._open.append((kind, name))
-        item = self.resolved(definition.expression)
-        self._open.pop()
+        try:
+            item = self.resolved(definition.expression)
+        finally:
+            self._open.pop()
         held = [(found.kind, found.name) for found in references(definition.expression)]
         depth = self._depths[kind, name] = 1 + max((self._depths[one] for one in held), default=0)
         if depth > MAX_REFERENCE_DEPTH:
@@ -146,18 +207,19 @@ class _Resolver:
                 definition.place,
                 f"more than {MAX_REFERENCE_DEPTH} nested names; use fewer",
             )
-        if kind == "list" and (inner := slots(item, self.slots)):
+        if kind == "list" and (inner := slots(item, self.slots, [])):
             raise error_at(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
         found = self.known[kind, name] = ResolvedReference(kind, name, item)
         return found
 
     def _unknown(self, kind: DefinitionKind, name: str) -> str:
         other: DefinitionKind = "rule" if kind == "list" else "list"
-        if (other, name) in self._source.definitions:
+        if (other, name) in self._source.definitions and (other, name) not in self._open:
             return f'"{name}" is a {other}; write {reference_text(other, name)}'
-        head = reference_text(kind, name) if kind == "rule" else name
-        says = "would you | please" if kind == "rule" else "red | green"
-        return f'there is no {kind} "{name}"; add a line, as in: {head} = {says}'
+        advice = self._source.advice
+        how = (advice.rule if kind == "rule" else advice.list).replace("NAME", name)
+        own = " (Home Assistant fills it itself)" if name in LISTS_OF_HOME_ASSISTANT else ""
+        return f'there is no {kind} "{name}"{own}; add it, as in: {how}'
 
     def resolved(self, item: Expression) -> Expression:
         """Return an expression without references."""
@@ -169,21 +231,25 @@ class _Resolver:
 Slots: TypeAlias = Mapping[str, Slot]
 
 
-def slots(item: Expression, known: dict[int, Slots]) -> Slots:
+def slots(item: Expression, known: dict[int, Slots], twice: list[Slot]) -> Slots:
     """Find the slots of an expression without references.
 
     Args:
         item: the expression.
         known: cache of the slots of resolved references, by id.
+        twice: gets each slot that a sentence has already.
 
     Raises:
-        CommandsError: a sentence has a slot twice, or one inside another.
+        CommandsError: a slot is inside another.
     """
     if id(item) in known:
         return known[id(item)]
-    each = [slots(inner, known) for inner in children(item)]
+    each = [slots(inner, known, twice) for inner in children(item)]
     if isinstance(item, (Concatenation, Permutation)):
-        _check_twice(each)
+        named: set[str] = set()
+        for found in each:
+            twice += (found[name] for name in sorted(named & found.keys()))
+            named |= found.keys()
     merged = {name: slot for found in each for name, slot in found.items()}
     if isinstance(item, Slot):
         if merged:
@@ -192,16 +258,3 @@ def slots(item: Expression, known: dict[int, Slots]) -> Slots:
     if isinstance(item, ResolvedReference):
         known[id(item)] = merged
     return merged
-
-
-def _check_twice(each: Iterable[Slots]) -> None:
-    named: set[str] = set()
-    for found in each:
-        if twice := named & found.keys():
-            name = min(twice)
-            raise error_at(
-                found[name].place,
-                f'the slot "{name}" occurs twice in one sentence; rename one, '
-                f"as in {{{name}:other}}",
-            )
-        named |= found.keys()

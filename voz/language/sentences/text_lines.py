@@ -74,6 +74,32 @@ def error_at(place: Location, message: str) -> CommandsError:
     return CommandsError(f"{place}: {message}", excerpt=place.excerpt())
 
 
+MAX_FAULTS = 20
+"""Faults of a file that are told at once."""
+
+
+class Faults:
+    """Collects the faults of a file in `with` blocks, so that all are told at once."""
+
+    def __init__(self) -> None:
+        self._found: list[CommandsError] = []
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, _: object) -> bool:
+        if isinstance(error, CommandsError):
+            self._found.append(error)
+        return isinstance(error, CommandsError) and len(self._found) < MAX_FAULTS
+
+    def check(self) -> None:
+        """Raise CommandsError for what was collected: the first fault, with the others below."""
+        if self._found:
+            first, *others = self._found
+            below = (line for error in others for line in (str(error), *error.excerpt))
+            raise CommandsError(first.problem, first.remedy, (*first.excerpt, *below))
+
+
 @dataclass(frozen=True)
 class Passage:
     """A piece of a file that is parsed.

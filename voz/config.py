@@ -17,7 +17,6 @@ from msgspec.structs import replace
 from voz.control.steps import CommandDefinition, Step
 from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
-from voz.events import START_SPEECH
 from voz.files import MAX_SETTINGS_BYTES, read_text
 from voz.language.sentences.spelling import plain_form
 from voz.records import PublicNames, check_path
@@ -79,8 +78,8 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
     def table(self) -> CommandTable:
         """What each command does, voz's own too; ConfigError if the robot might not stop."""
         commands = {**_builtin(), **self.commands}
-        wake = self.__dict__.get("_wake", START_SPEECH)
-        return command_table(commands, self.states, self.places, wake)
+        examples = self.__dict__.get("_examples")
+        return command_table(commands, self.states, self.places, examples)
 
     @property
     def places(self) -> Places:
@@ -157,10 +156,10 @@ def with_usual_names(config: Config) -> Config:
     )
 
 
-def with_wake(config: Config, wake: str) -> Config:
-    """Return settings for a list in which this sentence begins the listening; empty if none."""
+def with_examples(config: Config, examples: Mapping[str, str]) -> Config:
+    """Return settings for a list with these sentences, one of each command by its name."""
     made = replace(config)
-    made.__dict__.update(config.__dict__, _wake=wake)
+    made.__dict__.update(config.__dict__, _examples=examples)
     return made
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import threading
@@ -102,6 +103,14 @@ def test_names_in_voz_toml_are_read_as_typed_text_is(
     result = in_process("run", "--text", "-", "--no-sound", "--listening", input=typed)
     assert (result.code, result.err.count("add it")) == (0, 0), result.err
     assert 'robot says "done"' in result.out
+
+
+def test_who_types_help_reads_what_may_be_said(voz: Any) -> None:
+    result = in_process("run", "--text", "-", "--no-sound", input="help\nstart speech\n?\n")
+    asleep, awake = re.findall("you can say: (.*)", result.out)
+    assert asleep == "start speech, stop speech, stop"
+    assert awake.startswith("stop speech, go forward, go back, ")
+    assert awake.endswith(" and 1 more")
 
 
 def test_who_is_not_listened_to_is_told_the_words_of_the_list(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import msgspec
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from msgspec import convert
 from msgspec.structs import replace
 
-from voz.config import Config, default_commands
+from voz.config import Config, default_commands, with_examples
 from voz.control.messages import Renewal
 from voz.control.motion import Motion
 from voz.control.state_machine import State
@@ -138,7 +139,8 @@ def test_what_is_not_accepted_changes_nothing(spoken: list[str]) -> None:
 
 @pytest.mark.parametrize("wake", ["empieza a escuchar", ""])
 def test_who_is_not_listened_to_is_told_what_of_the_list_begins_it(wake: str) -> None:
-    table = command_table({"stop": Step(stop=True), "wake up": Step(listen=True)}, {}, wake=wake)
+    steps = {"stop": Step(stop=True), "wake up": Step(listen=True)}
+    table = command_table(steps, {}, examples={"wake up": wake, "stop": "stop"} if wake else {})
     controller = Controlled(listening=False, table=table)
     controller.hear(heard("go back"))
     (said,) = controller.events
@@ -147,6 +149,82 @@ def test_who_is_not_listened_to_is_told_what_of_the_list_begins_it(wake: str) ->
     usual = Controlled(listening=False)
     usual.hear(heard("go back"))
     assert "say_first" not in to_json(usual.events[0])
+
+
+def helped(listening: bool = True, **states: Any) -> Controlled:
+    names = ["start speech", "stop", "yes", "no", "go back", "jump", "help", "hop", "next", "wave"]
+    own = {
+        "yes": {"answer": True}, "no": {"answer": False}, "jump": {"state": "menu"},
+        "hop": {"confirm": True, "drive": 0.1},
+    }  # fmt: skip
+    states = {"menu": {"next": {"state": ""}}, **states}
+    config = convert({"commands": own, "states": states}, Config)
+    table = with_examples(config, {name: f"do {name}" for name in names}).table
+    return Controlled(listening=listening, table=table)
+
+
+def asked(name: str, spoken: bool) -> Utterance:
+    return replace(heard(name), latency=0.1 if spoken else None)
+
+
+@pytest.mark.parametrize(
+    ("before", "listening", "told"),
+    [
+        ([], True, "do stop, do go back, do jump, do hop, do wave"),
+        ([], False, "do start speech, do stop"),
+        (["jump"], True, "do stop, do next"),
+        (["hop"], True, "yes, no, do stop, do go back, do jump, do hop, do wave"),
+    ],
+)
+@pytest.mark.parametrize("name", ["?", "help"])
+def test_a_typed_help_tells_all_that_may_be_said_now(
+    before: list[str], listening: bool, told: str, name: str
+) -> None:
+    controller = helped(listening)
+    for command in before:
+        controller.hear(heard(command))
+    state = controller.state.robot
+    controller.hear(asked(name, spoken=False))
+    assert controller.events[-1] == Notice(0, f"you can say: {told}", good=True)
+    assert controller.state.robot == state
+
+
+def test_a_spoken_help_is_answered_by_three_commands_that_do_not_stop() -> None:
+    controller = helped()
+    controller.hear(asked("help", spoken=True))
+    assert controller.events[-1] == Reply(0, "you can say do go back, do jump or do hop")
+    asleep = helped(listening=False)
+    asleep.hear(asked("help", spoken=True))
+    (said,) = asleep.events
+    assert isinstance(said, Utterance)
+    assert (said.obeyed, said.ignored) == (False, "not_listening")
+    assert said.say_first == "do start speech"
+    menu = helped(menu={"wave": {"say": "hi"}})
+    menu.hear(heard("jump"))
+    menu.hear(asked("help", spoken=True))
+    assert menu.events[-1] == Reply(0, "you can say do wave")
+    nothing = Controlled(table=command_table({"stop": Step(stop=True)}, {}))
+    nothing.hear(asked("help", spoken=True))
+    assert nothing.events[-1] == Reply(0, "you can say nothing")
+
+
+def test_of_very_many_commands_a_typed_help_tells_some() -> None:
+    steps = {"stop": Step(stop=True), **{f"c{n:02}": Step(say="hi") for n in range(20)}}
+    controller = Controlled(table=command_table(steps, {}))
+    controller.hear(asked("?", spoken=False))
+    last = controller.events[-1]
+    assert isinstance(last, Notice)
+    assert last.text.endswith("c11 and 9 more")
+
+
+def test_a_help_of_the_settings_own_and_one_that_comes_too_late_tell_nothing() -> None:
+    steps = {"stop": Step(stop=True), "help": Step(say="call Ada")}
+    controller = Controlled(table=command_table(steps, {}))
+    controller.hear(asked("help", spoken=True))
+    assert controller.events[-1] == Reply(0, "call Ada")
+    late = helped()
+    late.hear(asked("help", spoken=False), late=True)
+    assert [getattr(event, "obeyed", None) for event in late.events] == [False]
 
 
 def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:

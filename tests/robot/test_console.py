@@ -4,7 +4,7 @@ import io
 
 from msgspec.structs import replace
 
-from voz.events import Notice, Reply, SelectedObject, Twist, Utterance
+from voz.events import Attention, Notice, Reply, SelectedObject, Twist, Utterance
 from voz.robot.console import ConsoleRobot
 
 
@@ -67,3 +67,11 @@ def test_if_asked_it_tells_the_score_and_what_fits_next_best() -> None:
         heard = replace(refused, score=score, next_best=next_best)
         assert printed(heard) == [line]
         assert printed(heard, verbose=True) == [line + detail]
+
+
+def test_who_has_no_name_is_not_said_to_be_awake_after_a_question() -> None:
+    asked, over = Attention(1.0, True, ("yes", "no")), Attention(2.0, True)
+    asleep, awake = Attention(3.0, False), Attention(4.0, True)
+    assert printed(asked, over) == ["robot waits for yes or no"]
+    told = ["robot is asleep", "robot is awake", "robot waits for yes or no", "robot is asleep"]
+    assert printed(asleep, awake, asked, over, asleep) == told

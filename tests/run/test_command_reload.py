@@ -32,10 +32,10 @@ HANGS = "import threading\n\nlet_go = threading.Event()\nlet_go.wait()\n\ndef wa
 class Watched:
     """A run of which only the reload is there."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, own: str = "") -> None:
         self.list, self.settings = folder / "list.txt", folder / "voz.toml"
         self.list.write_text(SENTENCES)
-        self.settings.write_text("")
+        self.settings.write_text(own)
         assert in_process("build-lm", str(self.list), "--out", str(folder / "lm")).code == 0
         self.recognizer = Recognizer(
             LanguageFiles(folder / "lm"), load_config(self.settings).recognition
@@ -61,6 +61,25 @@ class Watched:
             assert isinstance(message, Notice | Renewal)
             texts.append(message.text if isinstance(message, Notice) else message.why)
         return texts
+
+
+def test_robot_code_that_is_saved_is_said_to_be_not_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("my_robot.py", "arm.py", "other.py"):
+        Path(name).write_text("def wave(): pass\n")
+    own = '[commands]\n"go forward" = { call = ["arm:wave"] }\n'
+    watched = Watched(tmp_path, f'robot = ["my_robot:Lamp", "console"]\n{own}')
+    assert watched.told() == []
+    for name in ("my_robot.py", "arm.py", "other.py"):
+        Path(name).write_text("def wave(): return 1\n")
+    assert sorted(watched.told()) == [
+        "arm.py was saved: start voz again to take it",
+        "my_robot.py was saved: start voz again to take it",
+    ]
+    Path("my_robot.py").unlink()
+    assert watched.told() == []
 
 
 @pytest.fixture

@@ -39,6 +39,26 @@ class Typing:
         return messages
 
 
+@pytest.mark.parametrize("text", ["help", "Help!", " ?", "commands", "Commands ?"])
+def test_who_types_help_asks_what_may_be_said(text: str) -> None:
+    typing = Typing()
+    typing.texts.take(text)
+    (said,) = typing.taken()
+    assert (said.command, said.accepted, said.slots) == ("?", True, {})
+
+
+def test_help_is_a_command_of_its_own_where_the_list_has_it_and_a_stop_is_one_always() -> None:
+    own = commands_of("help: help [me]\nstop")
+    found = read_text("Help me.", own, {"stop"})
+    assert found
+    assert found.command == "help"
+    for text in ("help stop", "stop?"):
+        stop = read_text(text, own, {"stop"})
+        assert stop
+        assert stop.command == "stop"
+    assert read_text("help you", own, {"stop"}) is None
+
+
 def test_a_stop_behind_thousands_of_other_lines_comes_first_and_most_are_counted() -> None:
     typing = Typing()
     for _ in range(3000):

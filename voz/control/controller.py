@@ -20,7 +20,7 @@ questions. Whatever changes the attention is followed by an `Attention`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import msgspec
@@ -50,7 +50,7 @@ from voz.control.messages import (
 )
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
-from voz.control.table import DEFAULT_STATE, CommandTable, can_move
+from voz.control.table import DEFAULT_STATE, HELP, TYPED_HELP, CommandTable, can_move
 from voz.events import (
     START_SPEECH,
     Attention,
@@ -63,6 +63,12 @@ from voz.events import (
     Utterance,
 )
 from voz.settings import Ask, Safety
+
+MAX_HELP_SHOWN = 12
+"""Sentences that a typed `help` shows."""
+
+MAX_HELP_SPOKEN = 3
+"""Sentences that the robot says to a spoken one: more nobody remembers."""
 
 
 class Rules(msgspec.Struct, frozen=True):
@@ -248,6 +254,8 @@ def _obey_asleep(state: ControllerState, said: Utterance, place: Place | None) -
 
 def _obey(state: ControllerState, said: Utterance, place: Place | None) -> Obeyed:
     """Let a command take effect."""
+    if _is_help(state, said):
+        return _help(state, said)
     done = _preview(state, said, place)
     if meant := done.confirmed:
         said = replace(said, text=meant.text, command=meant.name, slots=meant.slots)
@@ -257,13 +265,47 @@ def _obey(state: ControllerState, said: Utterance, place: Place | None) -> Obeye
         said = replace(said, obeyed=True, ignored=None)
         state = _note_command(state, said, done)
     else:
-        said = replace(said, obeyed=False, ignored=done.ignored)
-        if done.ignored == "not_listening" and state.rules.table.wake != START_SPEECH:
-            said = replace(said, say_first=state.rules.table.wake)
+        said = _not_obeyed(state, said, done.ignored)
     state = replace(state, robot=done.state)
     if asked := done.state.pending:
         state = replace(state, attention=stay_awake(state.attention, asked.until))
     return state, said, done.events
+
+
+def _is_help(state: ControllerState, said: Utterance) -> bool:
+    defined = any(HELP in own for own in state.rules.table.sets.values())
+    return said.name == TYPED_HELP or (said.name == HELP and not defined)
+
+
+def _help(state: ControllerState, said: Utterance) -> Obeyed:
+    """Tell what may be said now: who says it hears a few commands, who types it reads many."""
+    listening, table = state.robot.listening, state.rules.table
+    if said.ignored:
+        return state, replace(said, obeyed=False), ()
+    if said.spoken and not listening:
+        return state, _not_obeyed(state, said, "not_listening"), ()
+    usable = table.usable(listening, state.robot.commands)
+    if said.spoken:  # without what stops: it is listened for while the robot speaks
+        texts = [text for name, text in usable.items() if name not in table.halts]
+        event: Event = Reply(said.t, f"you can say {_in_words(texts[:MAX_HELP_SPOKEN])}")
+    else:
+        texts = [*state.reported.answers, *usable.values()]
+        more = len(texts) - MAX_HELP_SHOWN
+        told = ", ".join(texts[:MAX_HELP_SHOWN]) + (f" and {more} more" if more > 0 else "")
+        event = Notice(said.t, f"you can say: {told}", good=True)
+    return state, replace(said, obeyed=True), (event,)
+
+
+def _in_words(texts: Sequence[str]) -> str:
+    *others, last = texts or ["nothing"]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _not_obeyed(state: ControllerState, said: Utterance, why: Ignored | None) -> Utterance:
+    said = replace(said, obeyed=False, ignored=why)
+    if why == "not_listening" and state.rules.table.wake != START_SPEECH:
+        said = replace(said, say_first=state.rules.table.wake)
+    return said
 
 
 def _preview(state: ControllerState, event: Utterance | Partial, place: Place | None) -> Transition:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 from itertools import combinations
 from types import MappingProxyType
 from typing import TypeAlias
@@ -30,6 +31,13 @@ STOP = "stop"
 """The command that always stops; settings cannot redefine it."""
 
 
+HELP = "help"
+"""The command that says what may be said now, unless settings give it something else to do."""
+
+TYPED_HELP = "?"
+"""Its name where it was typed and is not in the list."""
+
+
 @dataclass(frozen=True)
 class CommandTable:
     """What each command does.
@@ -40,7 +48,7 @@ class CommandTable:
         halts: the commands that leave the robot at rest: those, and what ends the listening.
         starts: the commands that begin the listening.
         places: where the user defined them.
-        wake: a sentence of the list that begins the listening; empty if it has none.
+        examples: a sentence of each command of the list, by its name; None without a list.
     """
 
     sets: Mapping[str, Mapping[str, Steps]]
@@ -48,7 +56,33 @@ class CommandTable:
     halts: frozenset[str]
     starts: frozenset[str]
     places: Places = field(default_factory=dict)
-    wake: str = START_SPEECH
+    examples: Mapping[str, str] | None = None
+
+    @cached_property
+    def wake(self) -> str:
+        """What is said to begin the listening; empty if the list has nothing for it."""
+        if self.examples is None:
+            return START_SPEECH
+        return next((text for name, text in self.examples.items() if name in self.starts), "")
+
+    def usable(self, listening: bool, state: str = DEFAULT_STATE) -> dict[str, str]:
+        """Return the commands that work in a state, but answers, with a sentence of each."""
+        known = {name for own in self.sets.values() for name in own}
+        listed = {name: name for name in sorted(known)} if self.examples is None else self.examples
+        return {
+            name: text
+            for name, text in listed.items()
+            if name in self.halts
+            or (name in self.starts and not listening)
+            or (listening and self._does_something(name, state, known))
+        }
+
+    def _does_something(self, name: str, state: str, known: Collection[str]) -> bool:
+        """Whether a command works in a state: one that no state has is the robot's own."""
+        if name not in known:
+            return state == DEFAULT_STATE and name != HELP
+        steps = self.sets[state].get(name, ())
+        return name not in self.starts and any(step.answer is None for step in steps)
 
     def steps(self, name: str, state: str = DEFAULT_STATE) -> Steps | None:
         """Return the steps of a command in a state, or None.
@@ -97,7 +131,7 @@ def command_table(
     commands: CommandDefinitions,
     states: Mapping[str, CommandDefinitions],
     places: Places = MappingProxyType({}),
-    wake: str = START_SPEECH,
+    examples: Mapping[str, str] | None = None,
 ) -> CommandTable:
     """Make the table, and refuse one with which the robot might not stop.
 
@@ -105,7 +139,7 @@ def command_table(
         commands: `[commands]` of the settings and voz's own.
         states: `[states.NAME]` of the settings.
         places: where the user defined them.
-        wake: what is said to begin the listening.
+        examples: a sentence of each command of the list; None without a list.
 
     Raises:
         ConfigError: a command is invalid; the message says which, where, and why.
@@ -119,7 +153,7 @@ def command_table(
     stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
     ends = frozenset(name for name, steps in usual.items() if _only_listens(steps, False))
     starts = frozenset(name for name, steps in usual.items() if _only_listens(steps, True))
-    table = CommandTable(sets, stops, stops | ends, starts, places, wake)
+    table = CommandTable(sets, stops, stops | ends, starts, places, examples)
     if STOP not in stops:
         raise table.error_at(
             DEFAULT_STATE, STOP, "is redefined; it must stop the robot and do nothing else"

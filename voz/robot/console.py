@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TextIO
 
 from voz.events import (
@@ -33,6 +34,7 @@ class ConsoleRobot(Robot):
         self._stream = stream
         self._verbose = verbose
         self._velocity = (0.0, 0.0)
+        self._is_news = attention_changes()
 
     def receive(self, event: Event) -> None:
         """Print the event, unless it is the velocity that the robot already has."""
@@ -41,6 +43,8 @@ class ConsoleRobot(Robot):
             if velocity == self._velocity:
                 return
             self._velocity = velocity
+        if isinstance(event, Attention) and not self._is_news(event):
+            return
         told = in_words(event)
         if self._verbose and isinstance(event, Utterance):
             detail = evidence_in_words(event.score, event.next_best)
@@ -48,6 +52,18 @@ class ConsoleRobot(Robot):
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
         self._stream.write(f"{event.t:7.1f} s  {printable(told)}\n")
         self._stream.flush()
+
+
+def attention_changes() -> Callable[[Attention], bool]:
+    """Return what tells whether people want to know of an attention: not the end of a question."""
+    before = True
+
+    def is_news(event: Attention) -> bool:
+        nonlocal before
+        awake, before = before, event.awake
+        return awake != event.awake or bool(event.answers)
+
+    return is_news
 
 
 def in_words(event: Event) -> str:

@@ -44,6 +44,11 @@ def import_target(target: str) -> Any:
         ) from None
 
 
+def module_file(target: str) -> Path:
+    """Return where the module of MODULE:NAME is, if it is in the folder you are in."""
+    return Path(*target.partition(":")[0].split(".")).with_suffix(".py")
+
+
 @contextmanager
 def user_errors_as_mistake(name: str) -> Iterator[None]:
     """Turn an error of a robot's own code into a RobotMistake of one line; not a `VozError`."""

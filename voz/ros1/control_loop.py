@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.control.messages import End
 from voz.control.table import CommandTable
-from voz.events import Event, Notice, Partial, Play, Receiver, Reply, Twist
+from voz.events import Attention, Event, Notice, Partial, Play, Receiver, Reply, Twist
 from voz.inbox import Inbox
 from voz.printable import printable
-from voz.robot.console import in_words
+from voz.robot.console import attention_changes, in_words
 from voz.robot.factory import open_mailboxes
 from voz.robot.robot_process import RobotProcess, RobotSpec
 from voz.ros1.node import Ros1Node, load_rospy, watchdog_arguments
@@ -86,10 +87,12 @@ def run_node_session(
 
 def log_receiver(tell: Callable[[Notice | End], None]) -> QueuedReceiver:
     """Return a receiver that logs events on its own thread: ROS's log may be slow."""
-    return QueuedReceiver("the log", nullcontext(_log), tell)
+    return QueuedReceiver("the log", nullcontext(partial(_log, attention_changes())), tell)
 
 
-def _log(event: Event) -> None:
+def _log(is_news: Callable[[Attention], bool], event: Event) -> None:
+    if isinstance(event, Attention) and not is_news(event):
+        return
     if isinstance(event, Notice) and not event.good:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from voz.config import Config, command_names, with_names, with_wake
-from voz.control.table import CommandTable, check_commands
+from voz.config import Config, command_names, with_examples, with_names
+from voz.control.table import HELP, CommandTable, check_commands
 from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
 from voz.language.build import build
@@ -35,15 +35,14 @@ BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 
 
 def matched_settings(settings: Config, commands: Commands) -> Config:
-    """Return settings with the names of a list's commands, and what of it begins the listening.
+    """Return settings with the names of a list's commands, and a sentence of each.
 
     Those in voz.toml may have other capitals or spaces, or lack accents, as in typed text. Raises
     ConfigError if a command is there twice.
     """
     found = {name: commands.find_name(name) for name in sorted(command_names(settings))}
     matched = with_names(settings, {name: other for name, other in found.items() if other})
-    starts = [name for name in commands.names if name in matched.table.starts]
-    return with_wake(matched, next(iter(commands.named(starts[:1], 1)), ""))
+    return with_examples(matched, commands.examples_by_name)
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:
@@ -71,7 +70,8 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
     A robot with code of its own may act on commands that the table lacks.
     """
     table = settings.table
-    idle = [name for name in commands.names if not any(name in own for own in table.sets.values())]
+    known = {HELP}.union(*table.sets.values())
+    idle = [name for name in commands.names if name not in known]
     alone = list(forgotten_alternatives(commands, table))
     yield from alone
     if idle and not code_of_its_own and not alone:

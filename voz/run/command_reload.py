@@ -22,7 +22,7 @@ from voz.inbox import Inbox
 from voz.language.build import build
 from voz.language.command_source import CommandSource
 from voz.recognition.engine import RecognitionEngine
-from voz.robot.user_code import error_line
+from voz.robot.user_code import error_line, module_file
 from voz.run.clocks import Clock
 from voz.run.command_check import (
     check_list,
@@ -152,6 +152,10 @@ class CommandReload:
         changed = [path for path in now if self._used.get(path) != now[path]]
         if complete and changed:
             self._used = now
+            own = [path for path in changed if path in self._own_code()]
+            for path in own:
+                self._tell(f"{shown_path(path)} was saved: start voz again to take it")
+            changed = [path for path in changed if path not in own]
             lost = [path for path in changed if isinstance(now[path], str)]
             for path in lost[:MAX_WARNINGS]:
                 self._tell(f"{shown_path(path)} {now[path]}: the commands stay as they were")
@@ -230,7 +234,13 @@ class CommandReload:
 
     def _versions(self) -> dict[Path, FileVersion]:
         own = [self._settings_file.path] if self._settings_file else []
-        return _versions([*own, *self._listed, self._recognizer.files.fingerprint])
+        code = [path for path in self._own_code() if path.is_file()]
+        return _versions([*own, *code, *self._listed, self._recognizer.files.fingerprint])
+
+    def _own_code(self) -> list[Path]:
+        """The modules of the user's robots and functions, which are imported once."""
+        targets = {name for name in self._settings.robot if ":" in name}
+        return [module_file(target) for target in targets | _functions(self._settings.table)]
 
     def _tell(self, text: str) -> None:
         self._inbox.put(Notice(self._clock.now(), text))

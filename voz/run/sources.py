@@ -13,6 +13,7 @@ from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
+from voz.control.table import TYPED_HELP
 from voz.errors import AudioError
 from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
@@ -27,6 +28,9 @@ TYPED = "text"
 
 MAX_COMMAND_LENGTH = 200
 """Characters of a line or a message that are read as a command; one has fewer."""
+
+HELP_WORDS = ("help", "commands")
+"""What asks what may be said, as a question mark alone does."""
 
 MAX_TEXT_LENGTH = 10_000
 """Characters of a line or a message in which a stop is looked for."""
@@ -163,6 +167,9 @@ def read_text(text: str, commands: Commands, halts: Collection[str]) -> Parse | 
         for stop in _stopping(commands, frozenset(halts)):
             if f" {strip_accents(stop.text)} " in said:
                 return stop
+        asked = normalize(text[:MAX_COMMAND_LENGTH])
+        if asked == TYPED_HELP or asked.rstrip(".!? ") in HELP_WORDS:
+            return Parse(asked, TYPED_HELP)
     return found
 
 

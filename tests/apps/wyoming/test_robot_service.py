@@ -142,6 +142,7 @@ def test_a_transcript_drives_and_is_answered_by_the_reply(
 ) -> None:
     robot, assistant = run
     assert assistant.handled("stop speech") == "stop speech"
+    assert assistant.handled("Help!") == "you can say: hello robot, stop speech, stop"
     assert assistant.refused("Go forward.") == 'not obeyed: say "hello robot" first'
     assert assistant.handled("hello robot") == "bep bep. I am listening you"
     assert assistant.handled("turn right 20 degrees") == "I turn to the right"

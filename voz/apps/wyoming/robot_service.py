@@ -150,7 +150,8 @@ def _answer(outcome: CommandOutcome, context: Context) -> Eventable:
     """What was said is the answer where the robot says nothing."""
     utterance = outcome.utterance
     if utterance.obeyed:
-        return Handled(" ".join(outcome.replies) or utterance.text, context)
+        told = " ".join(outcome.replies) or "; ".join(outcome.problems)
+        return Handled(told or utterance.text, context)
     why = "; ".join(outcome.problems) or explain_not_obeyed(utterance)
     return (NotHandled if utterance.accepted else NotRecognized)(why, context)
 

@@ -182,6 +182,21 @@ class Commands(Collection[str]):
         """The commands, each once, in the order of the list."""
         return tuple(dict.fromkeys(meaning.command for meaning in self.meanings))
 
+    @cached_property
+    def examples_by_name(self) -> dict[str, str]:
+        """The shortest sentence of each command, in the order of the list."""
+        found: dict[str, str] = {}
+        for label, meaning in enumerate(self.meanings):
+            if meaning.command not in found and (example := self._example(label)):
+                found[meaning.command] = example
+        return found
+
+    def _example(self, label: int) -> str | None:
+        name = self.meanings[label].command
+        if self._label(name.split()) == label:  # as in a plain list, which may be very long
+            return name
+        return next(iter(self.automaton.sentences_with_label(label, 1)), None)
+
     def find_name(self, name: str) -> str | None:
         """Find the command that a name is, perhaps with other capitals, spaces or no accents."""
         if name in self._names:

@@ -96,8 +96,8 @@ def compile_templates(source: TemplateSource) -> CompiledTemplates:
     written, warnings = resolve(source)
     if not written:
         raise CommandsError(f"{warnings[0]}; no other sentence is there")
+    _check_sizes(written)
     templates = by_commands(written)
-    _check_sizes(templates)
     readers = [_reader(template) for template in templates]
     try:
         automaton, shared = join_readers(readers)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from language.template_texts import commands_of, compile_text
 
+from voz.errors import CommandsError
 from voz.language.command_source import read_list
 from voz.language.sentences.command_set import Commands
 
@@ -59,3 +61,10 @@ def test_a_sentence_of_two_alternatives_of_a_line_means_the_first() -> None:
     built = compile_text("[please] (go|please go)")
     assert meant(built.commands, "please go") == "go"
     assert built.warnings == ('l.txt:1:1: "please go" is a sentence of "go" already (l.txt:1:1), and means that',)  # fmt: skip  # noqa: E501
+
+
+def test_rules_within_rules_are_not_followed_to_their_end() -> None:
+    names = ["r" + "x" * depth for depth in range(26)]
+    rules = "".join(f"<{a}> = go <{b}> | back <{b}>\n" for a, b in pairwise(names))
+    with pytest.raises(CommandsError, match="makes more than 500 commands"):
+        compile_text(f"<r>\n{rules}<{names[-1]}> = on\n")

@@ -98,11 +98,12 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class ResolvedReference:
-    """A reference with the expression of its rule or list."""
+    """A reference with the expression of its rule or list, and whether that may have no word."""
 
     kind: DefinitionKind
     name: str
     item: Expression
+    may_be_empty: bool = False
 
 
 Expression: TypeAlias = (
@@ -169,8 +170,10 @@ def may_be_empty(item: Expression) -> bool:
         return all(map(may_be_empty, item.items))
     if isinstance(item, Choice):
         return any(map(may_be_empty, item.items))
-    if isinstance(item, Tag | Slot | ResolvedReference):
+    if isinstance(item, Tag | Slot):
         return may_be_empty(item.item)
+    if isinstance(item, ResolvedReference):  # many may be within each other
+        return item.may_be_empty
     return isinstance(item, Optional)
 
 

@@ -19,6 +19,7 @@ from voz.language.sentences.expression import (
     Slot,
     Value,
     children,
+    may_be_empty,
     references,
     with_children,
 )
@@ -209,7 +210,7 @@ class _Resolver:
             )
         if kind == "list" and (inner := slots(item, self.slots, [])):
             raise error_at(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
-        found = self.known[kind, name] = ResolvedReference(kind, name, item)
+        found = self.known[kind, name] = ResolvedReference(kind, name, item, may_be_empty(item))
         return found
 
     def _unknown(self, kind: DefinitionKind, name: str) -> str:

@@ -70,6 +70,16 @@ def test_a_computer_without_microphone_is_one_line(
     assert complaint == "voz: there is no microphone; connect one and start again"
 
 
+def test_a_device_whose_name_is_no_utf_8_is_listed(no_sound: dict[str, str]) -> None:
+    name = 'pcm.micr\xf3fono { type null hint { show on description "x" } }'
+    config = Path(no_sound["ALSA_CONFIG_PATH"])
+    config.write_bytes(name.encode("latin-1") + b"\npcm.default { type null }")
+    result = in_process("devices", env=no_sound)
+    assert result.code == 0
+    assert "micrófono" in result.out
+    assert ">" in in_process("devices", "-d", "micrófono", env=no_sound).out
+
+
 @pytest.fixture(scope="module")
 def command() -> np.ndarray:
     return soundfile.read(GO_BACK)[0]

@@ -174,7 +174,7 @@ class Loudspeaker:
             ):
                 self.is_open = True
                 yield
-        except sounddevice.PortAudioError as error:
+        except portaudio.audio_errors(sounddevice) as error:
             reason = " ".join(str(error).split())
             raise AudioError(
                 f"the loudspeaker fails ({reason})", "check the sound settings"
@@ -187,15 +187,15 @@ def _usable_rate(sounddevice: ModuleType) -> int:
     """Return a rate for the default device, Hz: ours, or its own if it takes no other."""
     try:
         device = sounddevice.query_devices(kind="output")
-    except sounddevice.PortAudioError:
+    except portaudio.audio_errors(sounddevice):
         portaudio.refresh_devices()
         try:
             device = sounddevice.query_devices(kind="output")
-        except sounddevice.PortAudioError as error:
+        except portaudio.audio_errors(sounddevice) as error:
             raise AudioError("there is no loudspeaker; connect one") from error
     try:
         sounddevice.check_output_settings(channels=1, dtype="float32", samplerate=PLAYBACK_RATE)
-    except sounddevice.PortAudioError:
+    except portaudio.audio_errors(sounddevice):
         return int(device["default_samplerate"])
     return PLAYBACK_RATE
 

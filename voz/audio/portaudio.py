@@ -35,7 +35,13 @@ def load_sounddevice() -> ModuleType:
             "PortAudio is not installed; install it with: sudo apt-get install libportaudio2"
         ) from error
     module: ModuleType = sounddevice
+    _accept_any_name(module)
     return module
+
+
+def audio_errors(sounddevice: ModuleType) -> tuple[type[Exception], ...]:
+    """Return what sounddevice raises: for devices that are not of the right kind, ValueError."""
+    return sounddevice.PortAudioError, ValueError
 
 
 @contextmanager
@@ -47,7 +53,7 @@ def open_stream(
     Classes with numpy set an array's shape, which numpy deprecates.
 
     Raises:
-        sounddevice.PortAudioError: it cannot be opened.
+        PortAudioError, ValueError: it cannot be opened; `audio_errors` has both.
     """
     global _open_streams
     sounddevice = load_sounddevice()
@@ -83,6 +89,28 @@ def refresh_devices() -> None:
 def abandon_streams() -> None:
     """Let the program end although a hanging sound server keeps a stream from closing."""
     atexit.unregister(load_sounddevice()._exit_handler)  # it would wait for that stream
+
+
+class _DeviceText(bytes):
+    """A text of PortAudio's, which comes from settings of users and from drivers."""
+
+    def decode(self, encoding: str = "utf-8", errors: str = "strict") -> str:
+        """Decode it; what is not in this encoding is taken for Latin-1, which has each byte."""
+        try:
+            return super().decode(encoding, errors)
+        except UnicodeDecodeError:
+            return super().decode("latin-1")
+
+
+@functools.cache
+def _accept_any_name(sounddevice: ModuleType) -> None:
+    """Let sounddevice take names that are not UTF-8: one would hide all devices.
+
+    It has no public way: https://github.com/spatialaudio/python-sounddevice/issues/490
+    """
+    read = getattr(sounddevice, "_ffi_string", None)  # not in versions before 0.5
+    if read:
+        setattr(sounddevice, "_ffi_string", lambda text: _DeviceText(read(text)))  # noqa: B010
 
 
 @functools.cache

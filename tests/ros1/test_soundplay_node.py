@@ -28,9 +28,11 @@ def speaker(ros_with_sound: Ros) -> Iterator[Recorder]:
 
 
 @pytest.fixture
-def playing(ros_with_sound: Ros) -> tuple[Program, Client]:
+def playing(ros_with_sound: Ros, tmp_path: Path) -> tuple[Program, Client]:
     """The node, and a client that it hears."""
-    node, client = ros_with_sound.node("soundplay"), ros_with_sound.client()
+    packages = f"{ros_with_sound.environment['ROS_PACKAGE_PATH']}:{tmp_path / 'packages'}"
+    node = ros_with_sound.node("soundplay", env={"ROS_PACKAGE_PATH": packages})
+    client = ros_with_sound.client()
 
     def is_heard() -> bool:
         ask(client, 99, 77)
@@ -96,6 +98,30 @@ def test_a_file_and_a_built_in_sound_are_played_until_they_are_stopped(
     ask(client, PLAY_FILE, ONCE, str(tone))
     eventually(lambda: share(speaker.pass_by(0.5), TONE) > 0.5)
     falls_silent(speaker)
+
+
+@pytest.mark.slow
+def test_a_voice_may_have_its_encoding_and_a_file_its_package(
+    playing: tuple[Program, Client], speaker: Recorder, tmp_path: Path
+) -> None:
+    node, client = playing
+    ask(client, SAY, ONCE, "good morning everybody", "voice_kal_diphone:ISO-8859-15")
+    eventually(lambda: not is_silent(speaker.pass_by(0.2)))
+    falls_silent(speaker)
+    (sounds := tmp_path / "packages" / "our_sounds" / "sounds").mkdir(parents=True)
+    (sounds.parent / "package.xml").write_text("<package><name>our_sounds</name></package>")
+    tone = 0.3 * np.sin(2 * np.pi * TONE * np.arange(8000) / 16_000)
+    soundfile.write(sounds / "tone.wav", tone, 16_000)
+    for name, package in (
+        ("sounds/tone.wav", "our_sounds"),
+        ("package://our_sounds/sounds/tone.wav", ""),
+    ):
+        ask(client, PLAY_FILE, START, name, package)
+        eventually(lambda: share(speaker.pass_by(0.5), TONE) > 0.5)
+        ask(client, PLAY_FILE, STOP, name, package)
+        falls_silent(speaker)
+    ask(client, PLAY_FILE, ONCE, "sounds/tone.wav", "nowhere")
+    node.wait_for("there is no package 'nowhere'; source the workspace")
 
 
 @pytest.mark.slow

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import threading
+from pathlib import Path
 from typing import Any, NoReturn
 
-from voz.errors import VozError
+from voz.errors import AudioError, VozError
+from voz.printable import shown_value
 from voz.ros1.messages import (
     ALL,
     ONCE,
@@ -18,6 +20,9 @@ from voz.ros1.messages import (
 )
 from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
 from voz.speech.sound_client import SoundClient
+from voz.speech.synthesis import ESPEAK_PREFIX, is_espeak
+
+PACKAGE_PREFIX = "package://"
 
 END_CHECK_INTERVAL = 0.2
 """How often the end is looked for, s."""
@@ -29,7 +34,7 @@ def obey(client: SoundClient, request: Any) -> None:
     if command not in (STOP, ONCE, START):
         raise VozError(f"{command} is not a sound command; give 0, 1 or 2")
     if sound == SAY:
-        voice = request.arg2.removeprefix("voice_")
+        voice = _voice(request.arg2)
         if command == STOP:
             client.stop_saying(request.arg)
         elif command == ONCE:
@@ -37,11 +42,12 @@ def obey(client: SoundClient, request: Any) -> None:
         else:
             client.repeat(request.arg, volume, voice)
     elif sound == PLAY_FILE:
+        path = _file(request.arg, request.arg2)
         if command == STOP:
-            client.stop_wave(request.arg)
+            client.stop_wave(path)
         else:
             play_file = client.play_wave if command == ONCE else client.start_wave
-            play_file(request.arg, volume)
+            play_file(path, volume)
     elif command == STOP:
         client.stop(sound)
     elif sound == ALL:
@@ -49,6 +55,29 @@ def obey(client: SoundClient, request: Any) -> None:
     else:
         play = client.play if command == ONCE else client.start
         play(sound, volume)
+
+
+def _voice(name: str) -> str:
+    """Read a voice of sound_play, as `voice_kal_diphone:ISO-8859-15`; texts are Unicode here."""
+    voice = name.removeprefix("voice_")
+    kind = ESPEAK_PREFIX if is_espeak(voice) else ""
+    return kind + voice.removeprefix(kind).partition(":")[0]
+
+
+def _file(name: str, package: str) -> str:
+    """Return the path of a file: of a package, if one is named; raises AudioError."""
+    if name.startswith(PACKAGE_PREFIX):
+        package, _, name = name.removeprefix(PACKAGE_PREFIX).partition("/")
+    if not package:
+        return name
+    import rospkg  # rospy needs it, too
+
+    try:
+        return str(Path(rospkg.RosPack().get_path(package), name))
+    except rospkg.ResourceNotFound:
+        raise AudioError(
+            f"there is no package {shown_value(package)}", "source the workspace that has it"
+        ) from None
 
 
 def soundplay(node: Ros1Node) -> None:

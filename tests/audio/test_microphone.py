@@ -7,13 +7,16 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import soundfile
 
-from voz.audio.microphone import Device, open_microphone
+from voz.audio.microphone import Device, Microphone, open_microphone
 from voz.errors import AudioError
+
+NO_OVERFLOW = SimpleNamespace(input_overflow=False)
 
 LISTEN = """
 import sys
@@ -245,6 +248,17 @@ def test_without_pactl_or_an_answer_of_the_server_there_are_no_sources(
     assert errors == [error]
     _, errors = choose(environment, "mic.monitor", before=HANGING.format(server=server.pid))
     assert errors == [error]
+
+
+def test_channels_out_of_phase_are_heard() -> None:
+    tone = (0.3 * np.sin(np.arange(48_000) / 20)).astype(np.float32)
+    microphone = Microphone("headset", 48_000, 2)
+    heard = []
+    for block in np.split(np.stack([tone, -tone], axis=1), 100):
+        microphone.heard(block.tobytes(), len(block), None, NO_OVERFLOW)
+        heard.append(next(microphone))
+    assert microphone.out_of_phase
+    assert np.abs(np.concatenate(heard)[2000:]).max() == pytest.approx(0.3 * 32768, rel=0.02)
 
 
 def test_a_computer_without_microphone_has_none_by_any_name(no_sound: dict[str, str]) -> None:

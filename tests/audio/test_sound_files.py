@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -299,3 +300,61 @@ def test_nothing_is_lost_between_blocks(rate: int) -> None:
     assert abs(len(found) - SAMPLE_RATE) <= 1
     expected = 16384 * np.sin(2 * np.pi * 300 * np.arange(len(found)) / SAMPLE_RATE)
     assert np.abs(found - expected)[500:-500].max() < 50
+
+
+# Recordings that are read otherwise than they stand there
+
+
+def warned(path: Path) -> tuple[Samples, list[str]]:
+    warnings: list[str] = []
+    return np.concatenate(list(read_blocks(path, warnings.append))), warnings
+
+
+@pytest.mark.parametrize("rate", [SAMPLE_RATE, 44_100])
+def test_channels_out_of_phase_are_heard_with_a_word(rate: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.stack([tone(rate, 3), -tone(rate, 3)], axis=1), rate)
+    samples, (warning,) = warned(path)
+    assert samples[SAMPLE_RATE:].max() == pytest.approx(16384, rel=0.01)
+    assert warning.startswith(f"{path}: its channels are out of phase")
+
+
+def test_arrays_out_of_phase_are_heard_with_a_word() -> None:
+    said: list[str] = []
+    converter = ArrayConverter(SAMPLE_RATE, said.append)
+    stereo = np.stack([tone(SAMPLE_RATE), -tone(SAMPLE_RATE)], axis=1)
+    found = [converter.feed(block) for block in np.array_split(stereo, 50)]
+    assert np.abs(np.concatenate(found)[2000:]).max() > 16_000
+    assert len(said) == 1
+    assert "out of phase" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("factor", "how"), [(2.0**15, "32768"), (2.0**23, "8.38861e+06"), (20, "")]
+)
+def test_floats_that_nobody_scaled_are_scaled_with_a_word(
+    factor: float, how: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.wav"
+    quiet_at_first = np.concatenate([tone(SAMPLE_RATE, 2) / 1000, 2 * tone(SAMPLE_RATE)])
+    soundfile.write(path, factor * quiet_at_first, SAMPLE_RATE, "FLOAT")
+    samples, (warning,) = warned(path)
+    assert f"has samples up to {factor:.6g}, where 1 is full scale; voz divides by {how}" in warning
+    assert samples.max() == pytest.approx(32767, rel=0.01)
+    assert 10 < samples[: 2 * SAMPLE_RATE].max() < 20
+
+
+def test_an_mp3_in_a_wav_is_whole(tmp_path: Path) -> None:
+    size, rate = 108, SAMPLE_RATE  # of a frame of 24 kbit/s, in which there are 576 samples
+    frames = (b"\xff\xf3\x38\xc4" + bytes(size - 4)) * 84
+    layout = struct.pack("<HHIIHHHHIHHH", 0x55, 1, rate, 3000, 1, 0, 12, 1, 2, size, 1, 1393)
+    chunks = b"WAVEfmt " + struct.pack("<I", len(layout)) + layout
+    chunks += b"data" + struct.pack("<I", len(frames)) + frames
+    (tmp_path / "a.wav").write_bytes(b"RIFF" + struct.pack("<I", len(chunks)) + chunks)
+    assert len(read(tmp_path / "a.wav")) == pytest.approx(84 * 576, abs=1200)
+
+
+def test_a_format_that_is_not_read_is_to_be_converted(tmp_path: Path) -> None:
+    path = tmp_path / "my take.m4a"
+    path.write_bytes(b"\0\0\0\x18ftypM4A " + bytes(100))
+    assert error_of(path).endswith(f"ffmpeg -i '{path}' '{tmp_path}/my take.wav'")

@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import soundfile
 from calls import VOZ, in_process
@@ -186,11 +187,69 @@ def test_a_wav_on_standard_input_is_shown_while_it_goes_on(session: Recording) -
         program.kill()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("format_", "subtype"),
+    [
+        ("WAV", "PCM_U8"),
+        ("WAV", "PCM_24"),
+        ("WAVEX", "PCM_24"),
+        ("WAV", "FLOAT"),
+        ("RF64", "PCM_16"),
+        ("FLAC", "PCM_16"),
+        ("OGG", "VORBIS"),
+        ("MP3", "MPEG_LAYER_III"),
+    ],
+)
+def test_what_a_file_may_be_a_pipe_may(format_: str, subtype: str, tmp_path: Path) -> None:
+    sound, rate = soundfile.read(GO_BACK)
+    soundfile.write(tmp_path / "a", sound, rate, subtype, format=format_)
+    assert [line["text"] for line in piped((tmp_path / "a").read_bytes())] == ["go back"]
+
+
+@pytest.mark.slow
+def test_a_wav_whose_length_was_never_written_is_whole(tmp_path: Path) -> None:
+    sound, rate = soundfile.read(GO_BACK)
+    path = tmp_path / "a.wav"
+    soundfile.write(path, sound, rate, "PCM_16")
+    header = path.read_bytes()
+    path.write_bytes(header[:4] + bytes(4) + header[8:40] + bytes(4) + header[44:])
+    assert [line["text"] for line in piped(path.read_bytes())] == ["go back"]
+    assert [line["text"] for line in in_process("decode", "--json", path).json] == ["go back"]
+
+
+@pytest.mark.slow
+def test_channels_that_would_cancel_each_other_are_heard_with_a_word(tmp_path: Path) -> None:
+    sound, rate = soundfile.read(GO_BACK)
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.stack([sound, -sound], axis=1), rate)
+    result = in_process("decode", "--json", path)
+    assert [line["text"] for line in result.json] == ["go back"]
+    assert result.err.startswith(f"warning: {path}: its channels are out of phase")
+    assert [line["text"] for line in piped(path.read_bytes())] == ["go back"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", [False, True])
+def test_recordings_of_other_formats_in_a_folder_are_named(output: bool, tmp_path: Path) -> None:
+    (folder := tmp_path / "takes").mkdir()
+    shutil.copy(GO_BACK, folder / "a.flac")
+    (folder / "a.m4a").touch()  # a.flac was made of it
+    (folder / "notes.txt").touch()
+    out = ["--out", tmp_path / "h.jsonl"] if output else []
+    assert in_process("decode", folder, *out).code == 0
+    (folder / "b.M4A").touch()
+    result = in_process("decode", folder, *out, *(["--overwrite"] if output else []))
+    assert result.code == 3
+    assert f"warning: left out, as voz does not read the format: {folder}/b.M4A" in result.err
+    assert f"ffmpeg -i {folder}/b.M4A {folder}/b.wav" in result.err
+
+
 def test_sound_on_standard_input_that_cannot_be_used_is_a_line(tmp_path: Path) -> None:
     command = [*VOZ, "decode", "--json", "-"]
     done = subprocess.run(command, input=b"RIFF1234WAVEnone", capture_output=True, timeout=60)
     assert done.returncode == 3
-    assert json.loads(done.stdout)["error"].startswith("-: is no WAV that can be read")
+    assert json.loads(done.stdout)["error"].startswith("-: is no recording that can be read")
 
 
 def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: Recording) -> None:
@@ -199,14 +258,14 @@ def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: R
     done = subprocess.run(command, input=sound, capture_output=True, timeout=60)
     assert done.returncode == 2
     assert done.stdout == b""
-    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a WAV")
+    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a recording")
 
 
 def test_a_name_that_never_ends_on_standard_input_is_a_line() -> None:
     command = ["sh", "-c", 'yes | tr -d "\\n" | "$@"', "sh", *VOZ, "decode", "-"]
     done = subprocess.run(command, capture_output=True, timeout=60)
     assert (done.returncode, done.stdout) == (2, b"")
-    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a WAV")
+    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a recording")
 
 
 @pytest.mark.slow

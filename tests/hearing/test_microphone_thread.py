@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,17 @@ from live_robot import speak
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, ONLY_SILENCE
+from voz.api.recognizer import Recognizer
+from voz.audio.channels import OUT_OF_PHASE
+from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, ONLY_SILENCE, Microphone
 from voz.events import Notice
 from voz.hearing.microphone_thread import (
     LOSS_WARNING_INTERVAL,
     MUTE_WARNING,
     MUTED_AFTER,
+    Hearing,
     SilenceCheck,
+    SoundSource,
     SoundWatch,
 )
 from voz.inbox import Inbox
@@ -266,3 +271,26 @@ def test_sound_that_is_lost_again_and_again_is_told_now_and_then() -> None:
     watch.check(SECOND + 1, 4)
     lost = [f"{blocks * MICROPHONE_BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
     assert [line.split(":")[0] for line in warnings(inbox)] == lost
+
+
+def test_channels_out_of_phase_are_told_once(recognizer: Recognizer) -> None:
+    tone = (0.1 * np.sin(np.arange(480) / 5)).astype(np.float32)
+    block = np.stack([tone, -tone], axis=1).tobytes()
+    opened = []
+
+    @contextmanager
+    def plugged_in() -> Iterator[Microphone]:
+        opened.append(microphone := Microphone("headset", 16_000, 2))
+        for _ in range(9):
+            microphone.heard(block, 480, None, SimpleNamespace(input_overflow=False))
+        microphone.ended()  # it is plugged in again
+        yield microphone
+
+    inbox = Inbox({"stop"})
+    with Hearing(recognizer, SoundSource(plugged_in), inbox, lambda: 0.0):
+        while len(opened) < 3:
+            time.sleep(0.01)
+    told = list(iter(lambda: inbox.take(0.0001), None))
+    assert [message for message in told if isinstance(message, Notice)] == [
+        Notice(0.0, f"microphone: {OUT_OF_PHASE}")
+    ]

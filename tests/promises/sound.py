@@ -73,6 +73,7 @@ class SteppedMicrophone:
     complete = True
     addressed = False
     blocks_lost = 0
+    out_of_phase = False
 
     def __init__(self, timeline: Timeline) -> None:
         self._timeline = timeline

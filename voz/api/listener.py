@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import AsyncIterable, AsyncIterator, Iterable, Iterator
 from typing import Any
 
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.audio.sound_files import ArrayConverter
+from voz.audio.sound_files import ArrayConverter, Warn
 from voz.events import Partial, Utterance
 from voz.process.call_lock import NonReentrantLock
 from voz.recognition.stream import Stream
 from voz.records import PublicNames, check_iterable, check_type
+
+_log = logging.getLogger("voz")
 
 ARRAY = "array"
 """The `source` of utterances in arrays."""
@@ -23,11 +26,11 @@ Blocks = AsyncIterable[npt.ArrayLike] | Iterable[npt.ArrayLike]
 class Listener(PublicNames):
     """A stream of arrays; `Recognizer.listen` makes one."""
 
-    def __init__(self, stream: Stream, rate: float | None) -> None:
-        """Begin a stream of arrays of a rate, Hz; errors are those of `ArrayConverter`."""
+    def __init__(self, stream: Stream, rate: float | None, warn: Warn = _log.warning) -> None:
+        """Begin a stream of arrays of a rate, Hz; else as `ArrayConverter`."""
         check_type(Stream, stream, "stream")
         self._stream = stream
-        self._converter = ArrayConverter(rate)
+        self._converter = ArrayConverter(rate, warn)
         self._lock = NonReentrantLock()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:

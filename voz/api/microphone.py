@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from threading import Thread, current_thread
 
 from voz.api.listener import SettledUtterances
+from voz.audio.channels import OUT_OF_PHASE
 from voz.audio.microphone import open_microphone
 from voz.errors import AudioError
 from voz.events import Utterance
@@ -45,6 +46,7 @@ class MicrophoneUtterances(PublicNames):
         self._heard: deque[Utterance] = deque()
         self._settled = SettledUtterances()
         self._closed = False
+        self._out_of_phase = False  # whether that was told
 
     def __enter__(self) -> MicrophoneUtterances:
         """Itself."""
@@ -67,6 +69,9 @@ class MicrophoneUtterances(PublicNames):
                     raise
             if self._closed:
                 raise StopIteration
+            if self._blocks.out_of_phase and not self._out_of_phase:
+                self._out_of_phase = True
+                _log.warning("microphone: %s", OUT_OF_PHASE)
             self._heard += self._settled.of(self._stream.feed(block))
         return self._heard.popleft()
 

@@ -10,13 +10,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import product
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.portaudio import load_sounddevice, open_stream
+from voz.audio.channels import ChannelMixer
+from voz.audio.portaudio import audio_errors, load_sounddevice, open_stream
 from voz.audio.sound_files import Resampler
 from voz.errors import AudioError
 
@@ -110,7 +112,12 @@ class Device(NamedTuple):
 def list_microphones() -> list[Device]:
     """List PortAudio's recording devices; raises AudioError if it is not installed."""
     sounddevice = load_sounddevice()
-    systems = [system["name"] for system in sounddevice.query_hostapis()]
+    try:
+        systems = [system["name"] for system in sounddevice.query_hostapis()]
+        devices = sounddevice.query_devices()
+    except audio_errors(sounddevice) as error:
+        reason = " ".join(str(error).split())
+        raise AudioError(f"the microphones cannot be listed ({reason})") from error
     return [
         Device(
             found["index"],
@@ -119,7 +126,7 @@ def list_microphones() -> list[Device]:
             int(found["default_samplerate"]),
             systems[found["hostapi"]],
         )
-        for found in sounddevice.query_devices()
+        for found in devices
         if found["max_input_channels"] > 0
     ]
 
@@ -164,7 +171,7 @@ def _default_microphone(there: list[Device]) -> list[Device]:
     sounddevice = load_sounddevice()
     try:
         number = sounddevice.query_devices(None, "input")["index"]
-    except (sounddevice.PortAudioError, ValueError):
+    except audio_errors(sounddevice):
         return []
     return [device for device in there if device.number == number]
 
@@ -213,7 +220,7 @@ class Microphone:
         alive: monotonic time of the last callback, s.
         arrived: monotonic arrival time of the block that was taken last, s.
         blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
-        complete, addressed: see `OpenMicrophone`.
+        complete, addressed, out_of_phase: see `OpenMicrophone`.
     """
 
     complete = True
@@ -225,7 +232,13 @@ class Microphone:
         self.blocks_lost = 0
         self._channels = channels
         self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MAX_QUEUED_BLOCKS)
+        self._mixer = ChannelMixer(rate)
         self._resampler = Resampler(rate)
+
+    @property
+    def out_of_phase(self) -> bool:
+        """Whether its channels would cancel each other."""
+        return self._mixer.out_of_phase
 
     def heard(self, block: Any, _frames: int, _time: Any, status: Any) -> None:
         """PortAudio's callback."""
@@ -249,7 +262,7 @@ class Microphone:
             raise AudioError("the microphone is gone; connect it and start again")
         self.arrived = arrived.when
         channels = np.frombuffer(arrived.sound, np.float32).reshape(-1, self._channels)
-        return self._resampler.feed(channels.mean(axis=1))
+        return self._resampler.feed(self._mixer.feed(channels))
 
     def _put(self, arrived: _Arrived | None) -> None:
         if self._waiting.full():
@@ -286,18 +299,22 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
             ),
         ):
             yield microphone
-    except sounddevice.PortAudioError as error:
+    except audio_errors(sounddevice) as error:
         reason = " ".join(str(error).split())
         raise AudioError(f"the microphone fails ({reason})", "check the sound settings") from error
 
 
 def _settings(sounddevice: ModuleType, device: Device) -> _Settings:
-    """Return the first settings that the device accepts, 16 kHz mono if possible."""
-    for rate, channels in ((SAMPLE_RATE, 1), (device.rate, 1)):
+    """Return the first settings that the device accepts, 16 kHz if possible.
+
+    In stereo if it has that: a sound server would add up channels that cancel each other.
+    """
+    most = min(device.channels, 2)
+    for rate, channels in product((SAMPLE_RATE, device.rate), dict.fromkeys((most, 1))):
         settings = _Settings(device.number, rate, channels)
         try:
             sounddevice.check_input_settings(settings.device, channels, "float32", samplerate=rate)
-        except sounddevice.PortAudioError:
+        except audio_errors(sounddevice):
             continue
         return settings
     return _Settings(device.number, device.rate, device.channels)

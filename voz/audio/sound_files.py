@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
-from collections.abc import Iterator
+import shlex
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,8 @@ import numpy.typing as npt
 import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.channels import OUT_OF_PHASE, ChannelMixer, Mono
+from voz.audio.wav import UNKNOWN_WAV_LENGTH, with_length
 from voz.errors import AudioError
 from voz.files import shown_path
 from voz.printable import shown_value
@@ -25,8 +29,17 @@ READ_BLOCK_SECONDS = 1.0
 MIN_SAMPLE_RATE, MAX_SAMPLE_RATE = 4000, 768_000
 """Hz; below there is no speech, above the header is broken."""
 
+MAX_FLOAT_SAMPLE = 4.0
+"""Floats go from -1 to 1, and a little beyond where a recording is too loud."""
+
+LOUDEST_MIX = 64.0
+"""Floats beyond this are integers that were not scaled; up to it, a recording is far too loud."""
+
+INTEGER_SCALES = (2.0**15, 2.0**23, 2.0**31)
+"""What integers of 16, 24 and 32 bits are divided by; floats beyond are damaged, and cut off."""
+
 LOUDEST_FLOAT = 32768.0
-"""Floats go from -1 to 1; those that were not scaled go up to this, and above, sums overflow."""
+"""Beyond this, sums of floats overflow."""
 
 MAX_SOUND_SECONDS = 600.0
 """A sound that is played is held in memory, 12 MB a minute."""
@@ -40,19 +53,46 @@ OGG_HEADER = 27
 OGG_LAST_PAGE_FLAG = 4
 """In the sixth byte of a page."""
 
-UNKNOWN_WAV_LENGTH = 0x7FFFF000
-"""A program that writes a WAV to a pipe promises at least this many bytes."""
+MISSING_SECONDS, MISSING_MPEG_SECONDS = 0.05, 0.25
+"""A recording that is shorter than its header has it is cut short; MPEG's is an estimate."""
+
+READABLE = "aif aifc aiff au caf flac mp2 mp3 oga ogg opus rf64 snd sph voc w64 wav"
+UNREADABLE = (
+    "3g2 3ga 3gp aac aax ac3 adts alac amr ape asf avi awb dff dsf dss eac3 flv gsm m4a m4b m4r "
+    "m4v mka mkv mov mp4 mpc mpeg mpg ogv oma qcp ra rm sln spx tta vob weba webm wma wmv wv"
+)
+
+ENDINGS = frozenset(f".{name}" for name in READABLE.split())
+"""Of files that libsndfile reads."""
+
+UNREADABLE_ENDINGS = frozenset(f".{name}" for name in UNREADABLE.split())
+"""Of files with sound that it does not read, and ffmpeg does."""
+
+_log = logging.getLogger("voz")
+
+Warn = Callable[[str], None]
+"""Takes a line about a recording that is read all the same."""
 
 
-def read_blocks(path: Path) -> Iterator[Samples]:
+def convert_advice(path: Path) -> str | None:
+    """What to do with a file whose ending says that libsndfile does not read it; else nothing."""
+    if path.suffix.lower() not in UNREADABLE_ENDINGS:
+        return None
+    names = (shlex.quote(shown_path(each)) for each in (path, path.with_suffix(".wav")))
+    return "convert it with: ffmpeg -i {} {}".format(*names)
+
+
+def read_blocks(path: Path, warn: Warn = _log.warning) -> Iterator[Samples]:
     """Read a recording of any format, rate and channels in blocks of up to a second, 16 kHz.
+
+    `warn` takes a line, with the file's name, if it is read otherwise than it stands there.
 
     Raises:
         AudioError: it cannot be read, is empty, cut short, or holds samples that are no numbers.
     """
     with _open(path) as file:
         read = 0
-        for block in _read_from(path, file):
+        for block in _read_from(path, file, warn):
             read += len(block)
             yield block
         _check_whole(path, file, read / SAMPLE_RATE)
@@ -64,7 +104,7 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
         if file.frames > MAX_SOUND_SECONDS * file.samplerate:
             minutes = f"{MAX_SOUND_SECONDS / 60:g} minutes"
             raise AudioError(f"{shown_path(path)}: is longer than {minutes}; play a part of it")
-        sound = np.concatenate(list(_read_resampled(path, file, rate)))
+        sound = np.concatenate(list(_read_resampled(path, file, rate, _log.warning)))
         _check_whole(path, file, len(sound) / rate)
     return sound
 
@@ -84,7 +124,8 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
         # An open file: from its name libsndfile would guess `.raw`, and fail at accents. By its
         # descriptor: errors of a Python file that libsndfile reads are tracebacks.
         with (
-            path.open("rb", buffering=0) as stream,
+            path.open("rb", buffering=0) as opened,
+            with_length(opened) as stream,
             soundfile.SoundFile(stream.fileno(), closefd=False) as file,
         ):
             if not MIN_SAMPLE_RATE <= file.samplerate <= MAX_SAMPLE_RATE:
@@ -97,14 +138,14 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
         raise AudioError(f"{shown_path(path)}: cannot be read ({error.strerror})") from error
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".")
-        raise AudioError(
-            f"{shown_path(path)}: is no recording that can be read ({reason})"
-        ) from error
+        what = f"{shown_path(path)}: is no recording that can be read ({reason})"
+        raise AudioError(what, convert_advice(path)) from error
 
 
 def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
     missing = _header_seconds(file) - seconds
-    if missing > 0.01:
+    is_mpeg = file.subtype.startswith("MPEG")
+    if missing > (MISSING_MPEG_SECONDS if is_mpeg else MISSING_SECONDS):
         raise AudioError(f"{shown_path(path)}: is cut short, the last {missing:.1f} s are missing")
     if file.format == "OGG" and not _has_last_ogg_page(path):
         raise AudioError(f"{shown_path(path)}: is cut short, its end is missing")
@@ -116,11 +157,11 @@ def _is_native(file: soundfile.SoundFile) -> bool:
     return (file.samplerate, file.channels, file.subtype) == (SAMPLE_RATE, 1, "PCM_16")
 
 
-def _read_from(path: Path, file: soundfile.SoundFile) -> Iterator[Samples]:
+def _read_from(path: Path, file: soundfile.SoundFile, warn: Warn) -> Iterator[Samples]:
     if _is_native(file):
         yield from _read_native(file)
     else:
-        yield from filter(len, map(to_int16, _read_resampled(path, file)))
+        yield from filter(len, map(to_int16, _read_resampled(path, file, SAMPLE_RATE, warn)))
 
 
 def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:
@@ -129,21 +170,46 @@ def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:
         yield block
 
 
-def _read_resampled(
-    path: Path, file: soundfile.SoundFile, rate: int = SAMPLE_RATE
-) -> Iterator[npt.NDArray[np.float32]]:
+def _read_resampled(path: Path, file: soundfile.SoundFile, rate: int, warn: Warn) -> Iterator[Mono]:
     import soxr  # takes 20 ms, and 16 kHz needs none
 
     resampler = soxr.ResampleStream(file.samplerate, rate, 1, dtype="float32")
-    size = int(READ_BLOCK_SECONDS * file.samplerate) // file.channels + 1
-    while len(channels := file.read(size, dtype="float32", always_2d=True)):
+    mixer = ChannelMixer(file.samplerate)
+    scale = _full_scale(path, file, warn)
+    for channels in _read_floats(file):
         if not np.isfinite(channels).all():
             raise AudioError(
                 f"{shown_path(path)}: holds samples that are no numbers; export it again"
             )
-        mono = np.clip(channels, -LOUDEST_FLOAT, LOUDEST_FLOAT).mean(axis=1)
+        if scale != 1:
+            channels /= scale
+        mono = mixer.feed(np.clip(channels, -LOUDEST_FLOAT, LOUDEST_FLOAT))
         yield resampler.resample_chunk(mono)
-    yield resampler.resample_chunk(np.empty(0, np.float32), last=True)
+    if mixer.out_of_phase:
+        warn(f"{shown_path(path)}: {OUT_OF_PHASE}")
+    yield resampler.resample_chunk(mixer.finish(), last=True)
+
+
+def _read_floats(file: soundfile.SoundFile) -> Iterator[npt.NDArray[np.float32]]:
+    size = int(READ_BLOCK_SECONDS * file.samplerate) // file.channels + 1
+    while len(channels := file.read(size, dtype="float32", always_2d=True)):
+        yield channels
+
+
+def _full_scale(path: Path, file: soundfile.SoundFile, warn: Warn) -> float:
+    """Find what the samples of a file are to be divided by; floats may be integers unscaled."""
+    if file.subtype not in ("FLOAT", "DOUBLE"):
+        return 1.0
+    peak = max((float(np.abs(block).max()) for block in _read_floats(file)), default=0.0)
+    file.seek(0)
+    if not peak > MAX_FLOAT_SAMPLE:  # NaN is an error later
+        return 1.0
+    scales = (peak,) if peak <= LOUDEST_MIX else INTEGER_SCALES
+    scale = next((each for each in scales if peak <= each), 1.0)
+    how = "cuts them off" if scale == 1 else f"divides by {scale:g}"
+    shown = shown_path(path)
+    warn(f"{shown}: has samples up to {peak:g}, where 1 is full scale; voz {how}")
+    return scale
 
 
 def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
@@ -177,9 +243,6 @@ def _has_last_ogg_page(path: Path) -> bool:
     return len(page) >= OGG_HEADER + segments + sum(page[OGG_HEADER : OGG_HEADER + segments])
 
 
-Mono = npt.NDArray[np.float32]
-
-
 class Resampler:
     """Converts a stream of floats from -1 to 1 to `Samples`."""
 
@@ -205,15 +268,15 @@ class Resampler:
 
 MAX_CHANNELS = 64
 
-MAX_FLOAT_SAMPLE = 4.0
-"""Floats beyond this are 16-bit values that were not scaled."""
-
 
 class ArrayConverter:
     """Converts a stream of arrays to `Samples`, block by block."""
 
-    def __init__(self, rate: float | None) -> None:
-        """Start a stream of arrays at a rate, Hz; raises AudioError if the rate is unusable."""
+    def __init__(self, rate: float | None, warn: Warn = _log.warning) -> None:
+        """Start a stream of arrays at a rate, Hz; raises AudioError if the rate is unusable.
+
+        `warn` takes a line if channels would cancel each other, once.
+        """
         if rate is None:
             raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
         if not _is_usable(rate):
@@ -221,24 +284,31 @@ class ArrayConverter:
                 f"a sample rate of {shown_value(rate)} Hz is not usable; give one from "
                 f"{MIN_SAMPLE_RATE} to {MAX_SAMPLE_RATE} Hz"
             )
+        self._mixer = ChannelMixer(float(rate))
         self._resampler = Resampler(rate)
+        self._warn: Warn | None = warn
         self._finished = False
 
     def feed(self, array: npt.ArrayLike) -> Samples:
         """Convert samples, or samples x channels: int16, or floats from -1 to 1.
 
-        Returns the mean of the channels; its last samples may come later. Raises AudioError.
+        Returns them as one channel; its last samples may come later. Raises AudioError.
         """
         if self._finished:
             raise AudioError("this stream is finished; begin another one")
-        return self._resampler.feed(_mono(_as_array(array)))
+        mono = self._mixer.feed(_channels(_as_array(array)))
+        if self._mixer.out_of_phase and self._warn:
+            self._warn(f"sound: {OUT_OF_PHASE}")
+            self._warn = None
+        return self._resampler.feed(mono)
 
     def finish(self) -> Samples:
         """End the stream; return its last samples, at a second call none."""
         if self._finished:
             return np.empty(0, np.int16)
         self._finished = True
-        return self._resampler.finish()
+        last = self._resampler.feed(self._mixer.finish())
+        return np.concatenate([last, self._resampler.finish()])
 
 
 def to_samples(array: npt.ArrayLike, rate: float | None) -> Samples:
@@ -258,19 +328,19 @@ def _as_array(array: npt.ArrayLike) -> npt.NDArray[Any]:
         raise AudioError(f"this is no array ({error})", "give samples x channels") from None
 
 
-def _mono(array: npt.NDArray[Any]) -> Mono:
+def _channels(array: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     if array.ndim not in (1, 2):
         raise AudioError(f"an array of shape {array.shape} is no sound; give samples x channels")
     if array.ndim == 2 and not 0 < array.shape[1] <= MAX_CHANNELS:
         raise AudioError(f"an array of shape {array.shape} is no samples x channels; turn it round")
+    scaled: npt.NDArray[np.float32]
     if array.dtype == np.int16:
         scaled = array.astype(np.float32) / np.float32(32768)
     elif array.dtype.kind == "f":
         scaled = _checked(array).astype(np.float32)
     else:
         raise AudioError(f"samples are {array.dtype}; give int16, or floats from -1 to 1")
-    mono: Mono = scaled if scaled.ndim == 1 else scaled.mean(axis=1)
-    return mono
+    return scaled[:, None] if scaled.ndim == 1 else scaled
 
 
 def _checked(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -76,6 +76,7 @@ def try_microphone(device: Device) -> None:
     """Record somebody who speaks; show the level, faults and what to do. Raises AudioError."""
     from rich.console import Console
 
+    from voz.audio.channels import OUT_OF_PHASE
     from voz.audio.microphone import open_microphone
     from voz.audio.recording_level import measure_level
 
@@ -87,6 +88,7 @@ def try_microphone(device: Device) -> None:
             f"it records for {RECORDING_SECONDS} seconds"
         )
         samples = _recorded(first, blocks, console)
+        warn(f"microphone: {OUT_OF_PHASE}" if blocks.out_of_phase else None)
     show(*level_report(measure_level(samples)))
 
 

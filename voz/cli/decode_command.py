@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
-    from voz.apps.batch.scheduler import Finished
     from voz.apps.batch.worker import SimulationOptions
     from voz.language.language_files import LanguageFiles
     from voz.recognition.interpreter import Details
@@ -178,10 +177,11 @@ def decode(
 ) -> None:
     """Tell what is said in recordings of any format and rate, on all cores.
 
-    `-` reads a list of them from standard input, a name a line, or a WAV, or with --rate samples.
+    `-` reads a list of them from standard input, a name a line, or a recording, or with --rate
+    samples.
 
     Each recording has a row at least, in the order in which they are named. Exits with 3 when some
-    could not be read; the others are done.
+    could not be read, or were left out of a folder; the others are done.
 
     Example: voz decode audio_fixtures/long/session.wav
 
@@ -215,7 +215,7 @@ def _decode_pipe(
     known = load_profile(options.profile, warn) if options.profile else None
     recognizer = RecognitionEngine(language, settings.recognition, known)
     write = writer(options)
-    blocks = piped_blocks(_stdin(), options.rate)
+    blocks = piped_blocks(_stdin(), options.rate, warn)
     outcome = decode_blocks(recognizer, blocks, "-", options.details, write)
     if isinstance(outcome.rows[0], SilentRow):
         write(outcome.rows[0])
@@ -231,11 +231,14 @@ def _decode_files(
     from voz.cli.decode_output import decode_to_file
 
     inputs = find_inputs(paths, options.glob, _names_on_stdin())
+    warn(inputs.left_out_warning)
     _prepare_folders(options, [shown_name(name) for name in inputs.names])
     header, decoder = _batch_decoder(options, settings, language)
     if options.out:
-        return decode_to_file(options, settings, header, inputs, decoder)
-    return _show_all(options, inputs, decoder)
+        failed = decode_to_file(options, settings, header, inputs, decoder)
+    else:
+        failed = _show_all(options, inputs, decoder)
+    return failed or bool(inputs.left_out)
 
 
 def _prepare_folders(options: DecodeOptions, names: Sequence[str]) -> None:
@@ -306,11 +309,11 @@ def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> 
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.outcomes import with_manifest
     from voz.apps.batch.output import in_input_order
-    from voz.cli.decode_output import with_progress, writer
+    from voz.cli.decode_output import with_progress, with_warnings, writer
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
     write = writer(options)
-    finished: Iterator[Finished] = decoder.decode(names, range(len(names)))
+    finished = with_warnings(decoder.decode(names, range(len(names))))
     if options.textgrids:
         finished = with_text_grids(finished, options.textgrids)
     if not sys.stdout.isatty():  # in between results a bar would be in the way
@@ -327,7 +330,9 @@ def _names_on_stdin() -> Iterator[str]:
     """Read file names from standard input, as bytes; raises ConfigError if it is sound."""
     while line := _stdin().readline(MAX_INPUT_LINE + 1):
         if b"\0" in line or len(line) > MAX_INPUT_LINE:
-            raise ConfigError("-: is no list, a name a line; pipe a WAV, or samples with --rate")
+            raise ConfigError(
+                "-: is no list, a name a line; pipe a recording, or samples with --rate"
+            )
         yield os.fsdecode(line.rstrip(b"\r\n"))
 
 
@@ -336,10 +341,10 @@ def _stdin() -> BufferedReader:
 
 
 def _is_sound() -> bool:
-    """Whether a WAV comes on standard input, and no list."""
-    from voz.apps.batch.decoding import is_wav
+    """Whether a recording comes on standard input, and no list."""
+    from voz.apps.batch.decoding import is_sound
 
-    return is_wav(_stdin())
+    return is_sound(_stdin())
 
 
 def merge(

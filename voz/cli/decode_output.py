@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from voz.apps.batch.outcomes import Totals
-from voz.cli.text_io import info, show, show_raw
+from voz.cli.text_io import info, show, show_raw, warn
 from voz.errors import ConfigError
 from voz.files import shown_path
 
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from voz.apps.recordings.manifest import Clip
     from voz.cli.decode_command import DecodeOptions
     from voz.config import Config
+
+
+MOST_WARNINGS = 10
+"""Warnings about recordings that are shown; the others are counted."""
 
 
 def writer(options: DecodeOptions) -> Callable[[Row], None]:
@@ -108,6 +112,19 @@ def with_progress(finished: Iterator[Finished], total: int) -> Iterator[Finished
             yield one
 
 
+def with_warnings(finished: Iterator[Finished]) -> Iterator[Finished]:
+    """Show what of recordings was read otherwise than it stands there; many are counted."""
+    warned = 0
+    for one in finished:
+        for warning in one.outcome.warnings:
+            warned += 1
+            if warned <= MOST_WARNINGS:
+                warn(warning)
+        yield one
+    if warned > MOST_WARNINGS:
+        warn(f"{warned - MOST_WARNINGS:,} more recordings of these kinds")
+
+
 @dataclass
 class OutputSummary:
     """The counts of a run.
@@ -167,7 +184,7 @@ def decode_to_file(
     summary = OutputSummary({shown_name(str(clip.path)) for clip in inputs.clips})
 
     def decode(numbers: Sequence[int]) -> Generator[Finished, None, None]:
-        decoded: Iterator[Finished] = decoder.decode(names, numbers)
+        decoded = with_warnings(decoder.decode(names, numbers))
         if options.textgrids:
             decoded = with_text_grids(decoded, options.textgrids)
         for finished in with_progress(decoded, len(numbers)):

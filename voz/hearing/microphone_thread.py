@@ -14,6 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.channels import OUT_OF_PHASE
 from voz.audio.microphone import MICROPHONE_BLOCK_SECONDS, ONLY_SILENCE, open_microphone
 from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
 from voz.audio.segment import NO_SAMPLES
@@ -34,6 +35,9 @@ LOSS_WARNING_INTERVAL = 5.0
 """Between two warnings of lost sound, s."""
 
 MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` shows it"
+
+
+PHASE_WARNING = f"microphone: {OUT_OF_PHASE}"
 
 
 class SilenceCheck:
@@ -112,6 +116,10 @@ class OpenMicrophone(Protocol):
     blocks_lost: int
     complete: bool
     addressed: bool
+
+    @property
+    def out_of_phase(self) -> bool:
+        """Whether it has channels that would cancel each other."""
 
     def __iter__(self) -> Iterator[Samples]:
         """Return itself."""
@@ -206,6 +214,7 @@ class Hearing:
         self._zeros = 0.0  # how long it has given only zeros, s
         self._problem: str | None = None
         self._failures = 0  # consecutive failures to listen
+        self._out_of_phase = False  # whether that was told
         self._busy_since: float | None = None
         self._closing = threading.Event()
         self._opened = threading.Event()
@@ -297,6 +306,9 @@ class Hearing:
             fed += len(block)
             self.peak = watch.check(block, microphone.blocks_lost)
             self._zeros = watch.zeros
+            if microphone.out_of_phase and not self._out_of_phase:
+                self._out_of_phase = True
+                self._inbox.put(Notice(round(self._clock(), 3), PHASE_WARNING))
             if self._recorder:
                 self._recorder.feed(block)
             self._send(duplex.feed(block, microphone.arrived), microphone, fed)
@@ -350,7 +362,7 @@ class NoMicrophone:
 
     name = NO_MICROPHONE
     blocks_lost = 0
-    complete = addressed = False
+    complete = addressed = out_of_phase = False
 
     def __init__(self) -> None:
         self.arrived = time.monotonic()

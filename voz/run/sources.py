@@ -85,7 +85,8 @@ def recorded_items(
 ) -> Iterator[Item]:
     """Yield what is heard in recordings, one after the other as one stream of time.
 
-    A recording that cannot be read is a Notice, and its message is added to `unreadable`.
+    A recording that cannot be read is a Notice, and its message is added to `unreadable`; one that
+    is read otherwise than it stands there is a Notice too.
     """
     heard = 0  # samples of all recordings so far
 
@@ -97,13 +98,16 @@ def recorded_items(
 
     for path in paths:
         begin = heard / SAMPLE_RATE
+        warnings: list[str] = []
         try:
-            blocks = count_samples(read_blocks(path))
+            blocks = count_samples(read_blocks(path, warnings.append))
             for event in recognizer.events(blocks, shown_path(path), details):
                 yield shift_time(event, begin)
         except AudioError as error:
             unreadable.append(str(error))
-            yield Notice(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, str(error))
+            warnings.append(str(error))
+        for warning in warnings:
+            yield Notice(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, warning)
         yield heard / SAMPLE_RATE
     # The last command takes effect.
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND

@@ -57,6 +57,26 @@ def test_a_folder_without_recordings_is_a_mistake(tmp_path: Path) -> None:
         found(str(tmp_path))
 
 
+def test_recordings_that_are_left_out_are_named_and_many_counted(tmp_path: Path) -> None:
+    touch(tmp_path, "a.wav", "a.webm", "x/b.amr", "c.m4a", "c.m4a.wav", "notes.txt", "d.aac/e.wav")
+    inputs = find_inputs([str(tmp_path)], None, ())
+    assert inputs.left_out == [tmp_path / "x" / "b.amr"]
+    assert find_inputs([str(tmp_path)], "*.wav", ()).left_out_warning is None
+    touch(tmp_path, *(f"{number}.mp4" for number in range(9)))
+    warning = find_inputs([str(tmp_path)], None, ()).left_out_warning
+    assert warning
+    named, advice = warning.split("; ")
+    assert named.startswith(f"left out, as voz does not read the format: {tmp_path}/0.mp4, ")
+    assert named.endswith(f"{tmp_path}/4.mp4 and 5 more")
+    assert advice == f"convert it with: ffmpeg -i {tmp_path}/0.mp4 {tmp_path}/0.wav"
+
+
+def test_a_folder_of_other_formats_alone_is_a_mistake(tmp_path: Path) -> None:
+    touch(tmp_path, "a.m4a")
+    with pytest.raises(ConfigError, match=r"does not read the format: .*a\.m4a; convert it with"):
+        found(str(tmp_path))
+
+
 @given(st.integers(1, 9), st.integers(0, 40))
 def test_shards_are_all_of_it_and_nothing_twice(count: int, names: int) -> None:
     everything = [str(number) for number in range(names)]

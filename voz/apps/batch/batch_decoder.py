@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ from voz.recognition.interpreter import Details
 from voz.recognition.profiles import load_profile
 from voz.records import check_iterable, check_path, check_type
 from voz.settings import Recognition
+
+_log = logging.getLogger("voz")
 
 MOST_INLINE_RECORDINGS = 2
 """So few short ones are decoded before another process has started."""
@@ -132,6 +135,8 @@ def decode_many(
     check_type((str, type(None)), profile, "profile")
     check_type((int, type(None)), jobs, "jobs")
     inputs = find_inputs([check_path(each, "recordings") for each in given], None, ())
+    if inputs.left_out_warning:
+        _log.warning(inputs.left_out_warning)
     details = Details(words, best)
     known = load_profile(profile) if profile else None
     with open_language(commands) as language:
@@ -142,7 +147,10 @@ def decode_many(
         )
         numbers = range(len(inputs.names))
         with closing(BatchDecoder(setup, jobs).decode(inputs.names, numbers)) as finished:
-            yield from map(_decoded, in_input_order(finished))
+            for outcome in in_input_order(finished):
+                for warning in outcome.warnings:
+                    _log.warning(warning)
+                yield _decoded(outcome)
 
 
 def _decoded(outcome: Outcome) -> Decoded:

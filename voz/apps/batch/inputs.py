@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from voz.apps.batch.locations import is_remote, shown_name
 from voz.apps.batch.outcomes import ManifestFields, column_name
 from voz.apps.recordings.manifest import Clip, parse_records, read_manifest
+from voz.audio.sound_files import ENDINGS, UNREADABLE_ENDINGS, convert_advice
 from voz.errors import ConfigError
 from voz.extras import require
 from voz.files import read_text, shown_path
 
-AUDIO_FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
-AUDIO_ENDINGS = frozenset(f".{name}" for name in AUDIO_FORMATS.split())
-"""Files with other endings are skipped in folders, without --glob."""
+MOST_LEFT_OUT_NAMED = 5
+"""Recordings that are left out and named to the user; the others are counted."""
 
 MANIFEST_ENDING = ".tsv"
 
@@ -28,6 +28,12 @@ class Inputs:
     clips: list[Clip]  # what is said in those of manifests
     columns: tuple[str, ...]  # of manifests, by their names in an output
     manifest: Mapping[str, ManifestFields]  # what they say of recordings, by names in results
+    left_out: list[Path]  # files of folders with sound that voz cannot read
+
+    @property
+    def left_out_warning(self) -> str | None:
+        """Which recordings in folders are left out, and what to do; None if none are."""
+        return _left_out_warning(self.left_out) if self.left_out else None
 
 
 def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -> Inputs:
@@ -35,7 +41,8 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
 
     Args:
         given: files, folders, manifests and addresses; `-` stands for the list.
-        glob: which files of folders; None takes all with the ending of a recording, however deep.
+        glob: which files of folders; None takes all with the ending of a recording, however deep,
+            and notes those of other formats that have no converted one beside them.
         listed: the list, of the same kinds.
 
     Raises:
@@ -45,6 +52,7 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
     clips: list[Clip] = []
     columns: dict[str, None] = {}
     manifest: dict[str, ManifestFields] = {}
+    left_out: dict[Path, None] = {}
     for one in given:
         for each in listed if one == "-" else (one,):
             if each.endswith(MANIFEST_ENDING) and not is_remote(each):
@@ -55,10 +63,10 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
                     file = shown_name(str(clip.path))
                     manifest[file] = _agreed(manifest.get(file), fields)
             elif each:
-                names.update(dict.fromkeys(_found(each, glob)))
+                names.update(dict.fromkeys(_found(each, glob, left_out)))
     if any(map(is_remote, names)):
         require("remote", "fsspec")
-    return Inputs(list(names), clips, tuple(columns), manifest)
+    return Inputs(list(names), clips, tuple(columns), manifest, list(left_out))
 
 
 def shard_of(names: list[str], shard: str) -> list[str]:
@@ -78,8 +86,11 @@ def parse_shard(shard: str) -> tuple[int, int]:
     return number, count
 
 
-def _found(name: str, glob: str | None) -> Iterator[str]:
-    """The recordings in a folder in the order of their names; any other name as it is."""
+def _found(name: str, glob: str | None, left_out: dict[Path, None]) -> Iterator[str]:
+    """The recordings in a folder in the order of their names; any other name as it is.
+
+    Those in other formats are added to `left_out`.
+    """
     path = Path(name)
     if is_remote(name) or "\0" in name or not _is_folder(path):
         yield name
@@ -88,12 +99,35 @@ def _found(name: str, glob: str | None) -> Iterator[str]:
         inside = sorted(path.glob(glob or "**/*"))
     except (ValueError, NotImplementedError, OSError) as error:
         raise ConfigError(f"{glob}: invalid pattern ({error}); write e.g. **/*.wav") from None
-    found = [each for each in inside if (glob or each.suffix.lower() in AUDIO_ENDINGS)]
+    found = [each for each in inside if (glob or each.suffix.lower() in ENDINGS)]
     found = [each for each in found if not each.is_dir()]
+    others = [] if glob else _unreadable(inside, found)
+    left_out.update(dict.fromkeys(others))
+    if not found and others:
+        raise ConfigError(f"{shown_path(path)}: {_left_out_warning(others)}")
     if not found:
         what = f"that matches {glob}" if glob else "with the ending of a recording; use --glob"
         raise ConfigError(f"{shown_path(path)}: holds no file {what}")
     yield from map(str, found)
+
+
+def _unreadable(inside: Iterable[Path], found: Iterable[Path]) -> list[Path]:
+    """The recordings in other formats, but those of which a converted one is beside them."""
+    converted = {each.with_suffix("") for each in found}
+    return [
+        each
+        for each in inside
+        if each.suffix.lower() in UNREADABLE_ENDINGS
+        and not converted & {each, each.with_suffix("")}  # a.wav or a.m4a.wav beside a.m4a
+        and not each.is_dir()
+    ]
+
+
+def _left_out_warning(paths: Sequence[Path]) -> str:
+    named = ", ".join(shown_path(path) for path in paths[:MOST_LEFT_OUT_NAMED])
+    more = len(paths) - MOST_LEFT_OUT_NAMED
+    rest = f" and {more:,} more" if more > 0 else ""
+    return f"left out, as voz does not read the format: {named}{rest}; {convert_advice(paths[0])}"
 
 
 def _manifest_fields(path: Path) -> Iterator[dict[str, str]]:

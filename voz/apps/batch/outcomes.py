@@ -93,6 +93,7 @@ class Outcome(msgspec.Struct, frozen=True):
     seconds: float = 0.0  # how much was heard, s
     cpu: float = 0.0  # processor time, s
     stamp: Stamp | None = None  # None if it is not known
+    warnings: tuple[str, ...] = ()  # of what was read otherwise than it stands there
 
     @property
     def failed(self) -> bool:

@@ -18,8 +18,8 @@ from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, uttera
 from voz.apps.batch.worker import SimulationOptions
 from voz.config import Config
 from voz.errors import ConfigError
-from voz.events import Event, Utterance, to_json
-from voz.files import atomic_write, os_errors_as_config_error
+from voz.events import Event, Notice, Utterance, to_json
+from voz.files import atomic_write, os_errors_as_config_error, shown_path
 from voz.recognition.engine import RecognitionEngine
 from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.robot.simulation.pictures import check_picture, save_picture
@@ -81,7 +81,8 @@ def simulate_recording(
     _keep(robot, events, Path(how.folder, file_name_for(found.name)), how.pictures)
     rows: list[Row] = [utterance_row(e, found.name) for e in events if isinstance(e, Utterance)]
     rows += [ErrorRow(found.name, error) for error in unreadable]
-    return make_outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
+    outcome = make_outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
+    return replace(outcome, warnings=tuple(_warnings(events, found.path, unreadable)))
 
 
 def _keep(robot: SimulatedRobot, events: list[Event], path: Path, pictures: bool) -> None:
@@ -90,6 +91,14 @@ def _keep(robot: SimulatedRobot, events: list[Event], path: Path, pictures: bool
         file.writelines(f"{to_json(event)}\n" for event in events)
     if pictures:
         save_picture(robot.trip(), path.with_name(path.name + PICTURE_ENDING))
+
+
+def _warnings(events: list[Event], path: Path, errors: list[str]) -> Iterator[str]:
+    """What was said of the recording itself."""
+    texts = (event.text for event in events if isinstance(event, Notice))
+    return (
+        text for text in texts if text.startswith(f"{shown_path(path)}: ") and text not in errors
+    )
 
 
 def _named(event: Event, name: str) -> Event:

@@ -67,7 +67,9 @@ def _decoded(recognizer: RecognitionEngine, name: str, setup: WorkerSetup) -> Ou
         with _errors_as_audio_error(name, setup.memory), local_recording(name, setup.base) as found:
             stamp = stamp and with_checksum(stamp, found.path)
             outcome = _heard(recognizer, found, setup)
-            return replace(outcome, rows=_named(outcome.rows, found), stamp=stamp)
+            warnings = tuple(_renamed(each, found) for each in outcome.warnings)
+            rows = _named(outcome.rows, found)
+            return replace(outcome, rows=rows, stamp=stamp, warnings=warnings)
     except AudioError as error:
         return failed_outcome(shown_name(name), str(error), stamp)
 
@@ -100,8 +102,11 @@ def _named(rows: tuple[Row, ...], found: LocalRecording) -> tuple[Row, ...]:
     """Name in an error what the user named, not the temporary file."""
     if not rows or not isinstance(last := rows[-1], ErrorRow):
         return rows
-    error = last.error.replace(shown_path(found.path), found.name)
-    return (*rows[:-1], ErrorRow(last.file, error))
+    return (*rows[:-1], ErrorRow(last.file, _renamed(last.error, found)))
+
+
+def _renamed(message: str, found: LocalRecording) -> str:
+    return message.replace(shown_path(found.path), found.name)
 
 
 @cache

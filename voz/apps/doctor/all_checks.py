@@ -15,6 +15,7 @@ from voz.apps.doctor.base_stop_check import BASE_STOPS, Base, check_stop
 from voz.apps.doctor.finding import Finding, failed
 from voz.apps.doctor.ros1_checks import check_ros1, open_ros1_base
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.channels import OUT_OF_PHASE
 from voz.audio.microphone import choose_microphone, open_microphone
 from voz.audio.mixer import Mixer
 from voz.audio.playback import PLAYBACK_RATE
@@ -91,12 +92,14 @@ def check_microphone(wanted: str | None = None) -> Finding:
         with open_microphone(device.handle) as blocks:
             while len(heard) < LISTENING_TIME * SAMPLE_RATE:
                 heard = np.concatenate([heard, next(blocks)])
+            phase = f"; {OUT_OF_PHASE}" if blocks.out_of_phase else ""
     except AudioError as error:
         return failed(name, error)
     level = measure_level(heard)
     if level.still:
         return Finding(name, False, f"{device} is {Fault.SILENT.words}", Fault.SILENT.advice)
     status = f"{device} gives sound, at most {level.peak:.0f} dBFS; `voz devices --test` judges it"
+    status += phase
     return Finding(name, True, status)
 
 

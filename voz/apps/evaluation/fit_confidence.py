@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -36,6 +37,8 @@ from voz.recognition.decision import DecisionRule
 from voz.recognition.engine import RecognitionEngine, candidates_in
 from voz.recognition.thresholds import threshold_for
 from voz.settings import Recognition
+
+_log = logging.getLogger("voz")
 
 TOO_LITTLE_TALK = (
     "the manifests need more recordings of the kind talk, half an hour or so, to tell how often it "
@@ -100,7 +103,8 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
     first = task.clips[0]
     try:
         blocks = list(read_blocks(first.path))
-    except AudioError:
+    except AudioError as error:
+        _log.warning(str(error))
         return RecordingExamples([], [], 0.0, [])
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]

@@ -21,8 +21,9 @@ import numpy.typing as npt
 from voz.apps.servers.connections import RateLimit
 from voz.apps.web.page_messages import Begin, Finish, FromMicrophone, Hello, Pong
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.channels import Mono
 from voz.audio.segment import NO_SAMPLES
-from voz.audio.sound_files import Mono, Resampler
+from voz.audio.sound_files import Resampler
 from voz.hearing.half_duplex import Playback
 
 BROWSER_SOURCE = "browser"
@@ -70,6 +71,7 @@ class BrowserMicrophone:
 
     name = "of the operator's browser"
     blocks_lost = 0
+    out_of_phase = False
 
     def __init__(self, warn: Callable[[str], None]) -> None:
         """Begin with no stream; `warn` takes a line when sound is late or missing."""

@@ -9,10 +9,13 @@ import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import soxr
 from calls import VOZ, in_process
 from operator_page import with_noise
 from programs import PATIENCE, free_port
@@ -178,7 +181,8 @@ def test_its_language_is_that_of_the_list(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("chunk", "complaint"),
     [
-        (AudioChunk(RATE, 4, 1, bytes(400)), "16 bits"),
+        (AudioChunk(RATE, 5, 1, bytes(400)), "8 to 32 bits"),
+        (AudioChunk(RATE, 2, 65, bytes(1300)), "1 to 64 channels"),
         (AudioChunk(RATE, 2, 0, bytes(400)), "channels"),
         (AudioChunk(RATE, 2, 1, bytes(401)), "one format"),
         (AudioChunk(5, 2, 1, bytes(400)), "Hz"),
@@ -188,6 +192,47 @@ def test_sound_that_it_cannot_hear_is_one_line(uri: str, chunk: AudioChunk, comp
     answer = asyncio.run(ask(uri, chunk.event()))
     assert answer
     assert complaint in Error.from_event(answer).text
+
+
+@pytest.mark.parametrize(("width", "dtype"), [(1, np.int8), (1, np.uint8), (3, None), (4, "<i4")])
+@pytest.mark.parametrize(("rate", "channels"), [(RATE, 1), (48_000, 10)])
+def test_sound_of_any_width_rate_and_channels_is_converted(
+    uri: str, width: int, dtype: Any, rate: int, channels: int
+) -> None:
+    sound = soxr.resample(clip("commands/festival_slt__go_back.flac"), RATE, rate)
+    wide = sound.astype(np.int64) << 16
+    if dtype is None:
+        data = (wide >> 8).astype("<i4").view(np.uint8).reshape(-1, 4)[:, :3]
+    else:
+        data = (wide >> 8 * (4 - width)) + (128 if dtype is np.uint8 else 0)
+        data = data.astype(dtype).view(np.uint8).reshape(-1, width)
+    frames = np.repeat(data[:, None], channels, axis=1).reshape(len(data), -1)
+    chunks = np.array_split(frames, 20)
+    sent = [AudioChunk(rate, width, channels, chunk.tobytes()).event() for chunk in chunks]
+    assert transcribed(uri, *sent, AudioStop().event()) == "go back"
+
+
+def test_channels_out_of_phase_are_heard(uri: str) -> None:
+    sound = clip("commands/festival_slt__go_back.flac")
+    chunks = np.array_split(np.stack([sound, -sound], axis=1), 20)
+    sent = [AudioChunk(RATE, 2, 2, chunk.tobytes()).event() for chunk in chunks]
+    assert transcribed(uri, *sent, AudioStop().event()) == "go back"
+
+
+def test_an_error_reaches_who_still_sends(uri: str) -> None:
+    async def ask_late() -> list[Event | None]:
+        chunk, mistaken = (AudioChunk(RATE, width, 1, bytes(40_000)).event() for width in (2, 5))
+        async with AsyncClient.from_uri(uri) as client:
+            for event in [mistaken, *[chunk] * 50, AudioStop().event(), Describe().event()]:
+                await client.write_event(event)
+            await asyncio.sleep(0.3)
+            return [await asyncio.wait_for(client.read_event(), PATIENCE) for _ in range(2)]
+
+    error, info = asyncio.run(ask_late())
+    assert error
+    assert "8 to 32 bits" in Error.from_event(error).text
+    assert info
+    assert Info.is_type(info.type)
 
 
 @pytest.mark.parametrize("garbage", [b"\n", b"{}\n", b"[]\n", b"\xff\xfe\n", b'{"type": 3}\n'])
@@ -205,7 +250,8 @@ def test_a_message_that_announces_too_much_is_not_waited_for(uri: str, what: str
     port = int(uri.rpartition(":")[2])
     with closing(socket.create_connection(("127.0.0.1", port), PATIENCE)) as client:
         client.sendall(json.dumps({"type": "audio-chunk", what: 10**12}).encode() + b"\n")
-        assert client.recv(1000) == b""
+        answer = b"".join(iter(partial(client.recv, 1000), b""))
+        assert b"an event has 1,000,000,000,000 bytes; send 4,000,000 at most" in answer
     assert asyncio.run(ask(uri, Describe().event()))
 
 

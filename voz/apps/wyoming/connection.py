@@ -14,7 +14,7 @@ from typing import ClassVar
 from urllib.parse import urlparse
 
 from wyoming.error import Error
-from wyoming.event import Event
+from wyoming.event import Event, async_read_event
 from wyoming.info import Attribution
 from wyoming.server import AsyncEventHandler
 
@@ -31,6 +31,11 @@ from voz.errors import ConfigError, VozError
 NO_SUCH_ADDRESS = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT)
 """Why this computer has not all addresses of a name, as `localhost` without IPv6."""
 
+LINGER_TIMEOUT = 5.0
+"""For a client to read an error and close, s."""
+
+DRAIN_BYTES = 1 << 16
+
 ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
 
 
@@ -46,9 +51,9 @@ class BoundedReader(asyncio.StreamReader):
         return await self._stream.readline()
 
     async def readexactly(self, n: int) -> bytes:
-        """Read so many bytes; raises ValueError if they are too many."""
+        """Read so many bytes; raises VozError if they are too many."""
         if n > self._most:
-            raise ValueError(f"{n} bytes are too many")
+            raise VozError(f"an event has {n:,} bytes; send {self._most:,} at most")
         return await self._stream.readexactly(n)
 
     def feed_eof(self) -> None:
@@ -70,6 +75,7 @@ class Connection(AsyncEventHandler):
         self, guard: ConnectionGuard, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
     ) -> None:
         super().__init__(BoundedReader(reader, self.max_bytes), writer)
+        self._stream = reader
         self._guard = guard
         self.peer: Peer = writer.get_extra_info("peername")[:2]
 
@@ -84,9 +90,38 @@ class Connection(AsyncEventHandler):
 
         self._guard.close_by(self.peer, end)
         wrong = (ValueError, KeyError, TypeError, AttributeError, RecursionError)
-        with suppress(*wrong, OSError, EOFError, asyncio.TimeoutError):
-            await super().run()
-        self.writer.close()
+        try:
+            with suppress(*wrong, OSError, EOFError, asyncio.TimeoutError):
+                if await self._ends_by_error():
+                    await self._close_after_client()
+        finally:
+            self.writer.close()
+
+    async def _ends_by_error(self) -> bool:
+        """Answer until the client goes, or is sent an error that ends it; returns which it was."""
+        try:
+            while event := await async_read_event(self.reader):
+                if not await self.handle_event(event):
+                    return True
+        except VozError as error:  # more bytes than are read
+            await self.write_error(error)
+            return True
+        return False
+
+    async def write_error(self, error: VozError) -> None:
+        """Send an error."""
+        await self.write_event(Error(str(error), code="voz").event())
+
+    async def _close_after_client(self) -> None:
+        """Take what the client still sends: else TCP would reset what it has not read yet."""
+        if self.writer.can_write_eof():
+            self.writer.write_eof()
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._drain_input(), LINGER_TIMEOUT)
+
+    async def _drain_input(self) -> None:
+        while await self._stream.read(DRAIN_BYTES):
+            pass
 
     async def handle_event(self, event: Event) -> bool:
         """Answer an event; returns whether there may be more."""
@@ -94,7 +129,7 @@ class Connection(AsyncEventHandler):
             try:
                 await self.answer(event)
             except VozError as error:
-                await self.write_event(Error(str(error), code="voz").event())
+                await self.write_error(error)
                 return False
             return True
 

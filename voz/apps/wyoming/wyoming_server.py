@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import partial
 
-import numpy as np
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
 from wyoming.event import Event
@@ -21,6 +20,8 @@ from voz.api.listener import ARRAY, Listener
 from voz.apps.servers.connections import ConnectionGuard
 from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
+from voz.audio.sound_files import MAX_CHANNELS, Warn
+from voz.audio.wav import PCM_WIDTHS, has_unsigned_bytes, pcm_samples
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.language_files import read_language_info
@@ -28,10 +29,6 @@ from voz.recognition.engine import RecognitionEngine, open_stream
 
 MAX_REQUEST_TIME = 120.0
 """The longest sound of one request, s; a command takes two."""
-
-MAX_REQUEST_CHANNELS = 8
-
-BYTES_PER_SAMPLE = 2
 
 NO_SPEECH_REASONS = ("no_speech", "too_short", "too_quiet")
 """Reasons of utterances that do not end a request: a noise may come before the command."""
@@ -72,6 +69,7 @@ class RequestHandler(Connection):
         recognizer: RecognitionEngine,
         info: Info,
         language: str,
+        warn: Warn,
         guard: ConnectionGuard,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
@@ -80,11 +78,13 @@ class RequestHandler(Connection):
         self._recognizer = recognizer
         self._info = info
         self._language = language
+        self._warn = warn
         self._begin_request()
 
     def _begin_request(self) -> None:
         self._listener: Listener | None = None
-        self._format: tuple[int, int] | None = None  # Hz, and how many channels
+        self._format: tuple[int, int, int] | None = None  # Hz, bytes, and how many channels
+        self._unsigned = False  # of samples of 8 bits
         self._seconds = 0.0
         self._answered = False
 
@@ -96,7 +96,7 @@ class RequestHandler(Connection):
             self._begin_request()
         elif AudioChunk.is_type(event.type):
             if not self._answered:  # what follows the end of the speech may be on its way
-                await self._decode(AudioChunk.from_event(event))
+                await self._decode_or_tell(AudioChunk.from_event(event))
         elif AudioStop.is_type(event.type):
             if self._listener:
                 await self._answer_first(await asyncio.to_thread(self._listener.finish))
@@ -104,16 +104,29 @@ class RequestHandler(Connection):
                 await self._transcribe("")
             self._begin_request()
 
+    async def _decode_or_tell(self, chunk: AudioChunk) -> None:
+        """Recognize a chunk; after an error, the rest of the request is ignored.
+
+        A client that still sends would lose the error if the connection was closed.
+        """
+        try:
+            await self._decode(chunk)
+        except AudioError as error:
+            self._answered, self._listener = True, None
+            await self.write_error(error)
+
     async def _decode(self, chunk: AudioChunk) -> None:
-        sound_format = (chunk.rate, chunk.channels)
-        if chunk.width != BYTES_PER_SAMPLE or not 1 <= chunk.channels <= MAX_REQUEST_CHANNELS:
-            raise AudioError("send samples of 16 bits, of 1 to 8 channels")
+        sound_format = (chunk.rate, chunk.width, chunk.channels)
+        if chunk.width not in PCM_WIDTHS or not 1 <= chunk.channels <= MAX_CHANNELS:
+            raise AudioError(f"send samples of 8 to 32 bits, of 1 to {MAX_CHANNELS} channels")
         if self._listener is None:
-            self._listener = Listener(open_stream(self._recognizer, ARRAY), chunk.rate)
+            self._listener = Listener(open_stream(self._recognizer, ARRAY), chunk.rate, self._warn)
             self._format = sound_format
-        if self._format != sound_format or len(chunk.audio) % (BYTES_PER_SAMPLE * chunk.channels):
+            self._unsigned = has_unsigned_bytes(chunk.audio)
+        if self._format != sound_format or len(chunk.audio) % (chunk.width * chunk.channels):
             raise AudioError("send all chunks of a request in one format")
-        sound = np.frombuffer(chunk.audio, "<i2").reshape(-1, chunk.channels)
+        samples = pcm_samples(chunk.audio, chunk.width, unsigned=self._unsigned)
+        sound = samples.reshape(-1, chunk.channels)
         self._seconds += len(sound) / chunk.rate
         if self._seconds > MAX_REQUEST_TIME:
             raise AudioError(f"end a request after {MAX_REQUEST_TIME:.0f} s at the latest")
@@ -129,6 +142,18 @@ class RequestHandler(Connection):
     async def _transcribe(self, text: str) -> None:
         self._answered, self._listener = True, None
         await self.write_event(Transcript(text, language=self._language).event())
+
+
+def once(warn: Warn) -> Warn:
+    """Pass each message on once: clients send request after request."""
+    said: set[str] = set()
+
+    def tell(message: str) -> None:
+        if message not in said:
+            said.add(message)
+            warn(message)
+
+    return tell
 
 
 def serve(
@@ -147,7 +172,7 @@ def serve(
         commands: what may be said, for the description.
         ready: called once it answers.
         announce: whether to announce it in the network.
-        warn: called if that cannot be done.
+        warn: called if that cannot be done, and if channels of sound would cancel each other.
 
     Raises:
         ConfigError: it cannot listen there.
@@ -156,7 +181,8 @@ def serve(
     info = server_info(commands, language)
 
     async def work() -> None:
-        async with serving(uri, partial(RequestHandler, recognizer, info, language)):
+        handler = partial(RequestHandler, recognizer, info, language, once(warn))
+        async with serving(uri, handler):
             ready()
             async with announced(uri, warn) if announce else nullcontext():
                 await asyncio.Event().wait()

@@ -354,6 +354,17 @@ def test_an_mp3_in_a_wav_is_whole(tmp_path: Path) -> None:
     assert len(read(tmp_path / "a.wav")) == pytest.approx(84 * 576, abs=1200)
 
 
+def test_a_flac_that_came_from_a_pipe_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "a.flac"
+    soundfile.write(path, tone(SAMPLE_RATE, 2.5), SAMPLE_RATE)
+    whole, content = read(path), bytearray(path.read_bytes())
+    content[21] &= 0xF0  # the number of samples has 36 bits
+    content[22:26] = bytes(4)
+    path.write_bytes(content)
+    assert np.array_equal(read(path), whole)
+    assert len(read_sound(path, SAMPLE_RATE)) == len(whole)
+
+
 def test_a_format_that_is_not_read_is_to_be_converted(tmp_path: Path) -> None:
     path = tmp_path / "my take.m4a"
     path.write_bytes(b"\0\0\0\x18ftypM4A " + bytes(100))

@@ -53,6 +53,9 @@ OGG_HEADER = 27
 OGG_LAST_PAGE_FLAG = 4
 """In the sixth byte of a page."""
 
+UNKNOWN_FRAMES = 2**62
+"""libsndfile's length of a FLAC that has none in its header is larger."""
+
 MISSING_SECONDS, MISSING_MPEG_SECONDS = 0.05, 0.25
 """A recording that is shorter than its header has it is cut short; MPEG's is an estimate."""
 
@@ -101,12 +104,22 @@ def read_blocks(path: Path, warn: Warn = _log.warning) -> Iterator[Samples]:
 def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     """Read a sound to be played, resampled to `rate`, Hz; raises AudioError if it is too long."""
     with _open(path) as file:
-        if file.frames > MAX_SOUND_SECONDS * file.samplerate:
+        if MAX_SOUND_SECONDS * file.samplerate < file.frames < UNKNOWN_FRAMES:
             minutes = f"{MAX_SOUND_SECONDS / 60:g} minutes"
             raise AudioError(f"{shown_path(path)}: is longer than {minutes}; play a part of it")
         sound = np.concatenate(list(_read_resampled(path, file, rate, _log.warning)))
         _check_whole(path, file, len(sound) / rate)
     return sound
+
+
+class _SoundStream(soundfile.SoundFile):  # type: ignore[misc]
+    """A recording that is read to its end, not to the length that its header has.
+
+    soundfile seeks after each read, which fails in a FLAC that came from a pipe.
+    """
+
+    def seekable(self) -> bool:
+        return False
 
 
 @contextmanager
@@ -126,7 +139,7 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
         with (
             path.open("rb", buffering=0) as opened,
             with_length(opened) as stream,
-            soundfile.SoundFile(stream.fileno(), closefd=False) as file,
+            _SoundStream(stream.fileno(), closefd=False) as file,
         ):
             if not MIN_SAMPLE_RATE <= file.samplerate <= MAX_SAMPLE_RATE:
                 raise AudioError(
@@ -223,6 +236,8 @@ def _header_seconds(file: soundfile.SoundFile) -> float:
 
     Its log has both: `data : 32000 (should be 19956)`.
     """
+    if file.frames >= UNKNOWN_FRAMES:
+        return 0.0
     seconds = float(file.frames / file.samplerate)
     log = re.search(r"^data : (\d+) \(should be (\d+)\)", file.extra_info, re.MULTILINE)
     if log is None or int(log[1]) >= UNKNOWN_WAV_LENGTH:

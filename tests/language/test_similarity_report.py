@@ -48,8 +48,14 @@ def test_pairs_that_are_hardly_alike_give_no_warning():
     assert similarity_warnings([pair("go back", "stop", alike=0.7)]) == ()
 
 
+def test_pairs_that_are_known_are_told_no_more_and_the_worst_come_first():
+    pairs = [pair("go", "no", 0.9), pair("start", "stop", 0.95), pair("arm", "on", 0.93)]
+    lines = similarity_warnings(pairs, known=[{"go", "start"}, {"start", "stop", "on"}])
+    assert [line.partition(" sound")[0] for line in lines] == ['"arm" and "on"', '"go" and "no"']
+
+
 def test_many_warnings_are_ten_lines_the_worst_first_and_all_if_wanted():
-    pairs = [pair(f"go {n}", f"no {n}", 0.99 - n / 100) for n in range(20)]
+    pairs = [pair(f"go {n}", f"no {n}", 0.99 - n / 200) for n in range(20)]
     lines = similarity_warnings(pairs)
     assert len(lines) == 10
     assert lines[:9] == similarity_warnings(pairs[:9])
@@ -95,9 +101,12 @@ def test_building_the_list_that_comes_with_voz_warns_of_nothing(tmp_path: Path):
     assert build(COMMANDS, tmp_path).warnings == ()
 
 
-def test_the_same_pairs_in_a_list_of_ones_own_are_warned_of(tmp_path: Path):
-    (tmp_path / "list.txt").write_text(f"{COMMANDS.read_text()}open gripper\n")
-    assert len(build(tmp_path / "list.txt", tmp_path).warnings) == 4
+def test_a_longer_list_is_warned_of_its_own_pairs_alone(tmp_path: Path):
+    own = tmp_path / "list.txt"
+    own.write_text(f"{COMMANDS.read_text()}open gripper\nstop peach\n")
+    worst, other = build(own, tmp_path).warnings
+    assert worst.startswith('"stop speech" and "stop peach" sound alike')
+    assert build(own, tmp_path, before=["stop peach", "stop speech"]).warnings == (other,)
 
 
 def test_of_a_long_list_some_are_compared_with_their_neighbors(tmp_path: Path):

@@ -175,3 +175,19 @@ def test_an_import_that_hangs_is_told_and_later_saves_are_taken(
     assert watched.told()[1:] == ['the commands were renewed: new "wave"']
     watched.settings.write_text('[commands]\n"wave" = { say = "hello" }\n')
     assert watched.told()[1:] == ['the commands were renewed: changed "wave"']
+
+
+def test_what_sounds_alike_is_told_of_new_pairs_alone(watched: Watched) -> None:
+    text = "start speech\nstop\nstop speech\n"
+    for new, alike in (
+        ("open gripper\n", []),
+        ("stop peach\n", ['"stop speech" and "stop peach"', '"start speech" and "stop peach"']),
+        ("fold arm\n", []),
+        ("go write\ngo right\n", ['"go write" and "go right"']),
+    ):
+        text += new
+        watched.list.write_text(text)
+        told = [
+            line.partition(" sound alike")[0] for line in watched.told() if "sound alike" in line
+        ]
+        assert told == alike

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +55,11 @@ class BuildResult:
 
 
 def build(
-    commands: Path, out: Path, source: CommandSource | None = None, every_pair: bool = False
+    commands: Path,
+    out: Path,
+    source: CommandSource | None = None,
+    every_pair: bool = False,
+    before: Collection[str] = (),
 ) -> BuildResult:
     """Generate all language files from a command list.
 
@@ -64,11 +68,12 @@ def build(
         out: the folder to write to; it is created if it is missing.
         source: what the list holds, if it was read before.
         every_pair: whether it warns of all pairs that sound alike; else of the worst.
+        before: the sentences whose pairs the user knows.
     """
     source = source or read_list(commands)
     contents = _contents(source, out)
     _write(contents, out)
-    sound_alike = _alike_warnings(source, every_pair)
+    sound_alike = _alike_warnings(source, every_pair, before)
     warnings = (*source.warnings, *_guess_warnings(source), *sound_alike)
     paths = tuple(out / name for name in contents)
     return BuildResult(len(source.commands), len(source.entries), warnings, paths)
@@ -191,11 +196,11 @@ def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
     return summarize_warnings(each, summary)
 
 
-def _alike_warnings(source: CommandSource, every: bool) -> tuple[str, ...]:
-    brought = read_sentences(LanguageFiles(PACKAGED_FOLDER))
-    if source.commands.can_be_listed and set(source.commands) == set(brought):
-        return ()  # docs/commands.md names these
-    return similarity_warnings(similar_pairs(source), every)
+def _alike_warnings(source: CommandSource, every: bool, before: Collection[str]) -> tuple[str, ...]:
+    brought = set(
+        read_sentences(LanguageFiles(PACKAGED_FOLDER))
+    )  # docs/commands.md names its pairs
+    return similarity_warnings(similar_pairs(source), every, [brought, before])
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from voz.language.similarity import SimilarPair, differing_sets
 
-WARNING_SIMILARITY = 0.77
-"""Pairs from here on are warned of; in the packaged list these are four."""
+WARNING_SIMILARITY = 0.88
+"""Pairs from here on are warned of: some 10 in 100 are mixed up in noise."""
 
 MAX_COMPARED_COMMANDS = 100
 """Of more, a sample is compared: 100 take a second, and time is quadratic."""
@@ -26,9 +26,23 @@ NEVER_REWORDED = frozenset({"stop"})
 """The command that works always (S1): everybody must be able to guess it."""
 
 
-def similarity_warnings(pairs: Sequence[SimilarPair], every: bool = False) -> tuple[str, ...]:
-    """Warn of risky pairs, and which to reword; `MAX_REPORT_LINES` of them unless `every`."""
-    risky = [pair for pair in pairs if pair.similarity >= WARNING_SIMILARITY]
+def similarity_warnings(
+    pairs: Sequence[SimilarPair], every: bool = False, known: Iterable[Collection[str]] = ()
+) -> tuple[str, ...]:
+    """Warn of risky pairs, the worst first, and which to reword.
+
+    Args:
+        pairs: what sounds alike, in any order.
+        every: whether all are named; else `MAX_REPORT_LINES`.
+        known: lists whose own pairs were told of before.
+    """
+    lists = list(known)
+    risky = [
+        pair
+        for pair in sorted(pairs, key=lambda pair: -pair.similarity)
+        if pair.similarity >= WARNING_SIMILARITY
+        and not any(pair.first in each and pair.second in each for each in lists)
+    ]
     if every or len(risky) <= MAX_REPORT_LINES:
         return tuple(_warning(pair, pairs) for pair in risky)
     lines = [_warning(pair, pairs) for pair in risky[: MAX_REPORT_LINES - 1]]

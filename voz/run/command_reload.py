@@ -126,6 +126,7 @@ class CommandReload:
         self._listed: list[Path] = []  # the list, and what is read with it
         self._find_listed()
         self._used = self._seen = self._versions()
+        self._told: set[str] = set()  # the warnings of lists, which would only come again
         self._reading: Reading | None = None
 
     @contextmanager
@@ -218,9 +219,12 @@ class CommandReload:
     def _renew_list(self, source: CommandSource | None, table: CommandTable, built: bool) -> None:
         files = self._recognizer.files
         if source:
-            warnings = build(Path(source.name), files.folder, source).warnings
+            before = self._recognizer.commands
+            warnings = build(Path(source.name), files.folder, source, before=before).warnings
             self._used = {**self._used, **_versions([files.fingerprint])}
-            for warning in warnings[:MAX_WARNINGS]:
+            untold = [warning for warning in warnings if warning not in self._told]
+            self._told.update(untold)
+            for warning in untold[:MAX_WARNINGS]:
                 self._tell(warning)
         if source or built:
             self._recognizer.reload(lambda commands: check_list(commands, table, "the new list"))

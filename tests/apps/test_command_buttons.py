@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from language.template_texts import commands_of
+
 from voz.apps.command_buttons import MAX_BUTTONS, button_sentences, command_buttons
 from voz.config import default_commands
 from voz.control.steps import Step
@@ -53,6 +55,56 @@ def test_groups_and_places_come_from_the_table_in_any_words_and_order() -> None:
     }  # fmt: skip
     on_pad = {text: place for text, place in places([*buttons]).items() if place}
     assert on_pad == {"advance": "forward", "look left": "rotate-left", "wake up": "wake"}
+
+
+SLOTS = """
+stop
+sing
+turn: [please] turn {side} {angle: 5..180 by 5} degrees
+bring: bring the {thing}
+count: count to {number: 1..1000}
+side = left | right
+thing = (red | green) cup | key
+"""
+
+
+def test_a_template_with_slots_has_one_button_with_what_may_be_said_in_each() -> None:
+    own = {"stop": Step(stop=True), "turn": Step(rotate=0.1), "bring": Step(say="here")}
+    buttons = command_buttons(commands_of(SLOTS), command_table(own, {}))
+    turn, bring, sing, count = buttons
+    assert (turn.text, turn.group, turn.place) == ("turn left five degrees", "Drive", None)
+    side, angle = turn.slots
+    assert (side.name, side.start, side.end, side.values) == ("side", 1, 2, ("left", "right"))
+    assert (angle.name, angle.start, angle.end, angle.is_number) == ("angle", 2, 3, True)
+    assert angle.values == tuple(str(number) for number in range(5, 181, 5))
+    (thing,) = bring.slots
+    assert (bring.group, bring.text, thing.values) == (
+        "Replies", "bring the key", ("key", "red cup", "green cup")
+    )  # fmt: skip
+    assert (sing.slots, sing.group) == ((), "Others")
+    (number,) = count.slots
+    assert (count.text, number.values[:3], number.values[-1]) == (
+        "count to one",
+        ("1", "6", "11"),
+        "1000",
+    )
+
+
+def test_each_sentence_that_a_button_gives_is_a_command_with_what_was_chosen() -> None:
+    commands = commands_of(SLOTS)
+    for button in command_buttons(commands, default_commands()):
+        for slot in button.slots:
+            for value in slot.values:
+                words = button.text.split()
+                words[slot.start : slot.end] = [value]
+                parse = commands.parse(" ".join(words))
+                assert parse
+                assert str(parse.slots[slot.name]) == value
+
+
+def test_a_short_list_has_a_button_for_each_sentence_but_of_slots_one() -> None:
+    few = commands_of("stop\n(open | close) gripper\ngo {far: 1..3} metres")
+    assert button_sentences(few) == ["stop", "open gripper", "close gripper", "go one metres"]
 
 
 def test_of_very_many_sentences_each_command_has_one_button() -> None:

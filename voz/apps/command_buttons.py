@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import msgspec
 
 from voz.control.steps import Step
 from voz.control.table import CommandTable, Steps, is_selection
 from voz.language.sentences.command_set import Commands
+from voz.language.sentences.slot_values import SlotChoice, slot_choices
+
+MAX_STEPS = 200
+"""Numbers on a slider: of more, each second or third and the last."""
+
+MAX_CHIPS = 40
+"""Words to choose from that a slot shows."""
 
 MAX_BUTTONS = 60
 """Of more sentences, each command has one button, with the shortest of its own."""
 
 DRIVE, LISTEN, OBJECTS, OTHERS = "Drive", "Listening", "Objects", "Others"
+SAYS = "Replies"
 
 GROUPS = {
     "drive": DRIVE, "turn": DRIVE, "rotate": DRIVE, "faster": DRIVE, "slower": DRIVE,
@@ -30,6 +40,24 @@ SIGNED_PLACES = {
 PLACES = {"faster": "faster", "slower": "slower"}
 
 
+class ButtonSlot(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A slot of a button's sentence: words to choose from, or numbers.
+
+    Attributes:
+        name: of the slot.
+        start: its first word in the sentence, from 0.
+        end: the word after it.
+        values: what may be said, as words or digits.
+        is_number: whether these are numbers, the lowest first.
+    """
+
+    name: str
+    start: int
+    end: int
+    values: tuple[str, ...]
+    is_number: bool = False
+
+
 class CommandButton(msgspec.Struct, frozen=True, omit_defaults=True):
     """A button.
 
@@ -38,15 +66,20 @@ class CommandButton(msgspec.Struct, frozen=True, omit_defaults=True):
         group: what it does, in a word or two.
         place: where it stands on the direction pad; "wake" if it begins the listening; None
             elsewhere. One button at most has each place.
+        slots: what else may be said in the sentence.
     """
 
     text: str
     group: str
     place: str | None = None
+    slots: tuple[ButtonSlot, ...] = ()
 
 
 def command_buttons(commands: Commands, table: CommandTable) -> list[CommandButton]:
-    """Return the buttons in the order of the list; `stop` has one of its own on every page."""
+    """Return the buttons in the order of the list, those that do nothing last.
+
+    `stop` has one of its own on every page. A template with slots has one button.
+    """
     buttons: list[CommandButton] = []
     taken: set[str] = set()
     for text in button_sentences(commands):
@@ -55,21 +88,49 @@ def command_buttons(commands: Commands, table: CommandTable) -> list[CommandButt
         if name in table.stops:
             continue
         steps = find_steps(table, name)
-        place = "wake" if name in table.starts else command_place(steps)
+        slots = button_slots(commands, text)
+        place = "wake" if name in table.starts else None if slots else command_place(steps)
         if place in taken:
             place = None
         if place:
             taken.add(place)
-        buttons.append(CommandButton(text, command_group(steps), place))
-    return buttons
+        buttons.append(CommandButton(text, command_group(steps), place, slots))
+    return sorted(buttons, key=lambda button: button.group == OTHERS)
 
 
 def button_sentences(commands: Commands) -> list[str]:
     """The sentences that have a button, and those that stop."""
     if len(commands) <= MAX_BUTTONS:
-        return commands.listed
-    shortest = [commands.named([name], 1) for name in commands.names[:MAX_BUTTONS]]
-    return [sentence for sentences in shortest for sentence in sentences[:1]]
+        return list(_one_of_each_template(commands))
+    return list(commands.examples_by_name.values())[:MAX_BUTTONS]
+
+
+def _one_of_each_template(commands: Commands) -> Iterator[str]:
+    """Yield all sentences, but of templates with slots the shortest alone."""
+    seen: set[int] = set()
+    for text in commands.listed:
+        label = commands.label(text.split())
+        if label is None or commands.meanings[label].reader is None:
+            yield text
+        elif label not in seen:
+            seen.add(label)
+            yield commands.example(label) or text
+
+
+def button_slots(commands: Commands, text: str) -> tuple[ButtonSlot, ...]:
+    """Return what may be chosen in a sentence."""
+    choices = (choice for choice in slot_choices(commands, text) if len(choice.values) > 1)
+    return tuple(_button_slot(choice) for choice in choices)
+
+
+def _button_slot(choice: SlotChoice) -> ButtonSlot:
+    numbers = [value for value in choice.values.values() if not isinstance(value, str)]
+    if len(numbers) == len(choice.values):  # typed text may have digits
+        ordered = sorted(set(numbers))
+        shown = ordered[:: 1 + (len(ordered) - 1) // MAX_STEPS]
+        values = tuple(f"{number:.10g}" for number in dict.fromkeys([*shown, ordered[-1]]))
+        return ButtonSlot(choice.name, choice.start, choice.end, values, is_number=True)
+    return ButtonSlot(choice.name, choice.start, choice.end, tuple(choice.values)[:MAX_CHIPS])
 
 
 def find_steps(table: CommandTable, name: str) -> Steps:
@@ -86,7 +147,7 @@ def command_group(steps: Steps) -> str:
             return OBJECTS if is_selection(step) else topic.capitalize()
         for action in step.actions:
             return GROUPS[action]
-    return OTHERS
+    return SAYS if any(step.say or step.play for step in steps) else OTHERS
 
 
 def command_place(steps: Steps) -> str | None:

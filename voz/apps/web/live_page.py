@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import partial
 
@@ -22,6 +23,7 @@ from voz.apps.web.tuning_api import FalseAlarmSetting, RecordingMarks, TuningApi
 from voz.apps.web.web_server import PageAddress, start_background_tasks
 from voz.apps.web.websocket_api import WebSocketApi
 from voz.control.messages import Halt, Rehearsal
+from voz.control.table import CommandTable
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundSource
@@ -203,28 +205,45 @@ class LivePage:
 
 
 class _CurrentCommands:
-    """What may be given on a page, which may change during a run. Event-loop thread only."""
+    """What may be given on a page, which may change during a run.
+
+    Event-loop thread only; buttons are made on another, for a long list takes a while.
+    """
 
     def __init__(self, commands: Callable[[], Commands], controller: Dispatcher) -> None:
         self._commands = commands
         self._controller = controller
-        self._sent = (commands(), controller.state.rules.table)
+        self._taken = self._now()
+        self._record = _commands_record(*self._taken)
+        self._making: Future[Record] | None = None
+        self._worker = ThreadPoolExecutor(1, "voz-buttons")
+
+    def _now(self) -> tuple[Commands, CommandTable]:
+        return self._commands(), self._controller.state.rules.table
 
     def record(self) -> Record:
-        """The sentences that have a button, and the buttons."""
-        commands, table = self._commands(), self._controller.state.rules.table
-        return {
-            "commands": button_sentences(commands),
-            "buttons": msgspec.to_builtins(command_buttons(commands, table)),
-        }
+        """The sentences that have a button, the buttons, and what begins the listening."""
+        return self._record
 
     def take_new(self) -> list[Record]:
         """Return what pages are to be sent, if the commands were renewed since the last call."""
-        now = (self._commands(), self._controller.state.rules.table)
-        if all(one is other for one, other in zip(now, self._sent, strict=True)):
+        now = self._now()
+        same = all(one is other for one, other in zip(now, self._taken, strict=True))
+        if not same and self._making is None:
+            self._taken = now
+            self._making = self._worker.submit(_commands_record, *now)
+        if self._making is None or not self._making.done():
             return []
-        self._sent = now
-        return [{"type": "commands", **self.record()}]
+        self._record, self._making = self._making.result(), None
+        return [{"type": "commands", **self._record}]
+
+
+def _commands_record(commands: Commands, table: CommandTable) -> Record:
+    return {
+        "commands": button_sentences(commands),
+        "buttons": msgspec.to_builtins(command_buttons(commands, table)),
+        "wake": table.wake,
+    }
 
 
 class _WatchedHearing:

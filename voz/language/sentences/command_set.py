@@ -40,10 +40,13 @@ class SlotReader(msgspec.Struct, frozen=True):
         """The slots of a sentence, by its first reading; None if it is not of the template."""
         return next(self.readings(words), None)
 
+    def marks(self, words: Sequence[str]) -> Iterator[list[SlotMarks]]:
+        """Yield the marks before each word and at the end, of all readings."""
+        yield from self._paths(words, 0, 0, set())
+
     def readings(self, words: Sequence[str]) -> Iterator[dict[str, Value]]:
         """All readings of a sentence, perhaps some of them twice."""
-        dead: set[tuple[int, int]] = set()
-        for marks in self._paths(words, 0, 0, dead):
+        for marks in self.marks(words):
             yield _values(words, marks)
 
     def _paths(
@@ -85,6 +88,9 @@ def _values(words: Sequence[str], marks: Sequence[SlotMarks]) -> dict[str, Value
 
 MAX_LISTED_SENTENCES = 5_000
 """Sentences of templates that are listed one by one; of more some are drawn."""
+
+MAX_EXAMPLES = 500
+"""Sentences of a template of which the shortest is its example."""
 
 MAX_WRONG_LETTERS = 0.4
 """Share of letters that may be wrong to guess which sentence was meant."""
@@ -145,7 +151,7 @@ class Commands(Collection[str]):
         return iter(self.listed)
 
     def __contains__(self, text: object) -> bool:
-        return isinstance(text, str) and self._label(text.split()) is not None
+        return isinstance(text, str) and self.label(text.split()) is not None
 
     @property
     def can_be_listed(self) -> bool:
@@ -187,15 +193,17 @@ class Commands(Collection[str]):
         """The shortest sentence of each command, in the order of the list."""
         found: dict[str, str] = {}
         for label, meaning in enumerate(self.meanings):
-            if meaning.command not in found and (example := self._example(label)):
+            if meaning.command not in found and (example := self.example(label)):
                 found[meaning.command] = example
         return found
 
-    def _example(self, label: int) -> str | None:
+    def example(self, label: int) -> str | None:
+        """Return a short sentence of a label; None if those before it have all of them."""
         name = self.meanings[label].command
-        if self._label(name.split()) == label:  # as in a plain list, which may be very long
+        if self.label(name.split()) == label:  # as in a plain list, which may be very long
             return name
-        return next(iter(self.automaton.sentences_with_label(label, 1)), None)
+        some = self.automaton.sentences_with_label(label, MAX_EXAMPLES)
+        return min(some, key=lambda text: len(text.split()), default=None)
 
     def find_name(self, name: str) -> str | None:
         """Find the command that a name is, perhaps with other capitals, spaces or no accents."""
@@ -219,7 +227,7 @@ class Commands(Collection[str]):
         It may be typed with digits, capitals and a full stop, perhaps without accents.
         """
         words = text.split()
-        label = self._label(words)
+        label = self.label(words)
         if label is None:
             typed = spoken_forms(text)
             found = next(
@@ -310,7 +318,8 @@ class Commands(Collection[str]):
         close = found and found[0].cost <= MAX_WRONG_LETTERS * sum(map(len, words))
         return found[0].sentence if close else None
 
-    def _label(self, words: Sequence[str]) -> int | None:
+    def label(self, words: Sequence[str]) -> int | None:
+        """Return the place of a sentence's meaning; None if it is no command."""
         state = self.automaton.walk(words)
         label = NO_LABEL if state is None else self.automaton.labels[state]
         return None if label == NO_LABEL else label

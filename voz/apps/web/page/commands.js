@@ -1,6 +1,7 @@
 // The buttons of the commands: a direction pad, and groups of the rest.
 import { byId, element } from "./dom.js";
 import { icon, ICONS } from "./icons.js";
+import { SlotValues } from "./slot-values.js";
 
 const MIN_PAD = 2; // directions; fewer stand with the rest
 
@@ -10,15 +11,16 @@ export class Commands {
     this.give = give;
   }
 
-  // The buttons as the robot names them: text, group and place of each.
+  // The buttons as the robot names them: text, group, place and slots of each.
   fill(buttons) {
+    this.close();
     const onPad = buttons.filter(({ place }) => ICONS[place]);
     const pad = onPad.length < MIN_PAD ? [] : onPad;
     const groups = new Map();
     for (const button of buttons) {
       if (pad.includes(button)) continue;
       if (!groups.has(button.group)) groups.set(button.group, []);
-      groups.get(button.group).push(this.button(button.text));
+      groups.get(button.group).push(button.slots ? this.opener(button) : this.button(button.text));
     }
     const parts = [...groups].map(([name, made]) => group(name, made));
     if (pad.length) parts.unshift(this.pad(pad));
@@ -47,7 +49,36 @@ export class Commands {
     return made;
   }
 
+  // A button of a template opens its values, below its group, and closes those of another.
+  opener(button) {
+    const made = this.button(button.text);
+    made.append(element("span", "more", " …"));
+    made.setAttribute("aria-expanded", "false");
+    made.onclick = () => {
+      const again = this.opened?.made === made;
+      this.close();
+      if (again) return;
+      const values = new SlotValues(button, this.give);
+      made.closest(".group").append(values.panel);
+      made.setAttribute("aria-expanded", "true");
+      made.setAttribute("aria-controls", values.panel.id);
+      values.panel.scrollIntoView({ block: "nearest" });
+      this.opened = { made, panel: values.panel };
+    };
+    return made;
+  }
+
+  close() {
+    if (!this.opened) return;
+    const { made, panel } = this.opened;
+    this.opened = null;
+    panel.remove();
+    made.setAttribute("aria-expanded", "false");
+    made.removeAttribute("aria-controls");
+  }
+
   enable(on) {
+    if (!on) this.close();
     for (const button of byId("commands").querySelectorAll("button")) button.disabled = !on;
   }
 }

@@ -92,7 +92,7 @@ function fillCommands(record) {
 
 // The list or the table was saved during the run.
 function renewCommands(record) {
-  welcomed = { ...welcomed, commands: record.commands, buttons: record.buttons };
+  welcomed = { ...welcomed, commands: record.commands, buttons: record.buttons, wake: record.wake };
   fillCommands(record);
   commands.enable(isDriving());
 }
@@ -103,7 +103,7 @@ function show(now) {
   state = now;
   const mine = isDriving();
   const { browserListens } = mainButton;
-  const wake = wakeCommand() ?? "start speech";
+  const { wake } = welcomed;
   room.show(now);
   bar.show(now, { mine, browserListens, microphoneOn: microphone.ready, wake });
   setText("arm", words.arm(now.selected));
@@ -171,13 +171,11 @@ function connectionLost(reason) {
 
 // What goes to it
 
-const wakeCommand = () => welcomed.buttons.find(({ place }) => place === "wake")?.text;
-
 // A sentence that is tapped while the robot is asleep wakes it first, unless a stop comes between.
 function give(text) {
   const button = welcomed.buttons.find((one) => one.text === text);
   const stops = connection.stops;
-  const wake = !state?.listening && button?.group !== "Listening" && wakeCommand();
+  const wake = !state?.listening && button?.group !== "Listening" && welcomed.wake;
   return showFailure(async () => {
     if (wake) await connection.command(wake);
     if (connection.stops === stops) await connection.command(text);

@@ -41,6 +41,7 @@ export function ear(state, { mine, browserListens, microphoneOn, wake }) {
   if (browserListens && !microphoneOn) return ["off", "microphone off", ""];
   const words = [state.asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
   if (words) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${words}”`];
+  if (!state.listening) return ["off", "not listening", ""]; // and nothing of the list begins it
   if (!browserListens) return ["hearing", "listening", "robot's microphone"];
   return state.talking ? ["hearing", "hearing you", ""] : ["ready", "hold to talk", ""];
 }

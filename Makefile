@@ -4,7 +4,7 @@
 .PHONY: benchmark clean
 
 # Most tests wait for a part of their time: for sound, for the beat, for other programs.
-SIDE_BY_SIDE = --dist loadgroup --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) * 2))
+SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) * 2))
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control
 PURE = tests/robot/simulation tests/language tests/apps/evaluation tests/audio \

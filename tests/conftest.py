@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import fcntl
+import functools
 import os
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
@@ -19,7 +21,7 @@ from programs import PATIENCE
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 from xdist.remote import Producer
-from xdist.scheduler import LoadGroupScheduling
+from xdist.scheduler import LoadFileScheduling
 
 from voz.api.recognizer import Recognizer
 from voz.language.language_files import LanguageFiles
@@ -36,32 +38,49 @@ settings.register_profile("voz", deadline=None)  # a busy machine is no fault of
 settings.load_profile("voz")
 
 
-REALTIME, NICE = "realtime", 10
+REALTIME, REALTIME_MARK, NICE = "realtime", "mark.realtime", 10
 
 
-class OneProcessInRealTime(LoadGroupScheduling):
+class OneProcessInRealTime(LoadFileScheduling):
     """Distributes tests by files; those that need real seconds run one by one in one process."""
 
     def _split_scope(self, nodeid: str) -> str:
-        group: str = super()._split_scope(nodeid)
-        return group if group == REALTIME else nodeid.split("::")[0]
+        path, _, name = nodeid.partition("::")
+        return REALTIME if name.partition("[")[0] in realtime_tests(path) else path
+
+
+@functools.cache
+def realtime_tests(path: str) -> Collection[str]:
+    """The tests of a file that have the mark; what distributes the tests does not import them."""
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    tests = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
+    whole = [node.value for node in tree.body if isinstance(node, ast.Assign) and is_mark(node)]
+    marked = any(REALTIME_MARK in ast.unparse(value) for value in whole)
+    return {
+        test.name
+        for test in tests
+        if marked or any(REALTIME_MARK in ast.unparse(each) for each in test.decorator_list)
+    }
+
+
+def is_mark(node: ast.Assign) -> bool:
+    return ast.unparse(node.targets[0]) == "pytestmark"
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> OneProcessInRealTime:
     return OneProcessInRealTime(config, log)
 
 
-@pytest.hookimpl(tryfirst=True)  # before what reads the group
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        if item.get_closest_marker(REALTIME):
-            item.add_marker(pytest.mark.xdist_group(REALTIME))
-
-
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let the tests that compute give way to those that need real seconds."""
-    beside_others = "PYTEST_XDIST_WORKER" in os.environ
-    if beside_others and not item.get_closest_marker(REALTIME) and os.nice(0) < NICE:
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return
+    path, _, name = item.nodeid.partition("::")
+    in_real_time = item.get_closest_marker(REALTIME) is not None
+    assert in_real_time == (name.partition("[")[0] in realtime_tests(path)), (
+        "write the mark plainly"
+    )
+    if not in_real_time and os.nice(0) < NICE:
         os.nice(NICE)
 
 

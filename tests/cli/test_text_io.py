@@ -60,9 +60,7 @@ def is_plain(shown: bytes) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "more", [[], ["--events", "-"], pytest.param(["--realtime"], marks=pytest.mark.realtime)]
-)
+@pytest.mark.parametrize("more", [[], ["--events", "-"], ["--realtime"]])
 @pytest.mark.parametrize("locale", LOCALES)
 def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
     locale: str, more: list[str]

@@ -388,9 +388,7 @@ def test_two_runs_never_drive_by_one_serial_port(serial_robot: SerialPort, typed
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "arguments", [[], pytest.param(["--realtime"], marks=pytest.mark.realtime)]
-)
+@pytest.mark.parametrize("arguments", [[], ["--realtime"]])
 def test_a_terminal_shows_the_room(arguments: list[str], typed: Path) -> None:
     ours, theirs = pty.openpty()
     command = [*VOZ, "run", "--text", str(typed), "--no-sound", "--robot", "simulator,console"]

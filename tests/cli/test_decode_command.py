@@ -227,6 +227,8 @@ def test_channels_that_would_cancel_each_other_are_heard_with_a_word(tmp_path: P
     assert [line["text"] for line in result.json] == ["go back"]
     assert result.err.startswith(f"warning: {path}: its channels are out of phase")
     assert [line["text"] for line in piped(path.read_bytes())] == ["go back"]
+    driven = in_process("decode", path, "--drive", tmp_path / "driven")
+    assert driven.err.count("out of phase") == 1
 
 
 @pytest.mark.slow

@@ -6,7 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+import soundfile
 from recordings import FIXTURES, GO_BACK
 
 import voz
@@ -46,6 +48,19 @@ def test_utterances_are_those_of_a_recognizer_with_the_same_list(tmp_path: Path)
     assert (str(heard), heard.confidence, heard.score) == ("go back", known.confidence, known.score)
     assert (decoded.file, decoded.error) == (str(GO_BACK), None)
     assert decoded.seconds > 0.5
+
+
+def test_what_is_left_out_or_read_otherwise_is_in_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    sound, rate = soundfile.read(GO_BACK)
+    soundfile.write(tmp_path / "a.wav", np.stack([sound, -sound], axis=1), rate)
+    (tmp_path / "b.m4a").touch()
+    (decoded,) = voz.decode_many(tmp_path)
+    assert list(map(str, decoded.utterances)) == ["go back"]
+    left_out, phase = caplog.messages
+    assert left_out.startswith(f"left out, as voz does not read the format: {tmp_path}/b.m4a; ")
+    assert phase.startswith(f"{tmp_path}/a.wav: its channels are out of phase")
 
 
 def test_what_is_no_recording_is_said() -> None:

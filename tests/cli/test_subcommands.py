@@ -42,7 +42,7 @@ from voz.cli.subcommands import app
         (["say", "..."], "nothing to speak"),
         (["say", "hello", "--voice", "nobody"], "nobody"),
         (["build-lm", "none.txt"], "none.txt"),
-        (["build-lm", "lm"], "lm"),
+        (["build-lm", "voz"], "voz: has no list"),
     ],
 )
 def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) -> None:

@@ -10,6 +10,7 @@ from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
 from voz.language.formats.command_list import (
     CommandList,
+    files_of_folder,
     folder_of,
     is_templates,
     parse_commands,
@@ -73,8 +74,11 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
 
     Args:
         commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
+            Of a folder all lists are one.
         language: what is spoken; None is English.
     """
+    if commands.is_dir() and len(lists := files_of_folder(commands)) == 1:
+        (commands,) = lists
     data = read_file_or_names(commands)
     if is_templates(commands, data):
         source, read = read_templates(commands)

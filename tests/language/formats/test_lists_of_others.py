@@ -139,6 +139,13 @@ def test_a_folder_is_one_list_and_changes_with_its_files(tmp_path: Path) -> None
     assert read_list(tmp_path).files_read[tmp_path] != listed
 
 
+def test_a_folder_with_one_list_is_that_list(tmp_path: Path) -> None:
+    (tmp_path / "comandos_voz.txt").write_text("stop\n")
+    (tmp_path / "tests.txt").write_text("stop\n")
+    source = read_list(tmp_path)
+    assert (source.compiled, source.name) == (None, str(tmp_path / "comandos_voz.txt"))
+
+
 def test_acronyms_are_spelled_and_shown_as_a_guess(tmp_path: Path) -> None:
     entries = read(tmp_path, "a.txt", "stop\nMQTT on\nPTZ camera\nlift 2 kg\n").entries
     assert entries["mqtt"].phones == ("EH M K Y UW T IY T IY",)

@@ -37,7 +37,7 @@ def test_lines_of_templates_mean_what_they_mean_in_a_file(
 @pytest.mark.parametrize(
     ("commands", "told"),
     [
-        (["stop", LIGHTS[0]], r'^the list of commands:2:13: there is no list "color"; add a line'),
+        (["stop", LIGHTS[0]], r'^the list of commands:2:13: there is no list "color"; add it'),
         (["go forward\udcff"], "^the list of commands:1: is not UTF-8 text"),
         (["stop", "import others.txt"], "^the list of commands:2:8: import works only in files"),
         ([], "^the list of commands: contains no command"),
@@ -57,7 +57,7 @@ def test_a_file_is_a_list_with_its_pronunciations(tmp_path: Path) -> None:
     (tmp_path / "pronunciations.txt").write_text("zorblax Z AO R B L AE K S\n")
     for commands in (path, str(path)):
         assert [*voz.load(commands).commands] == ["stop", "zorblax"]
-    path.write_text("stop\n3\n")
+    path.write_text("stop\n@\n")
     with pytest.raises(voz.CommandsError, match=r"commands\.txt:2"):
         voz.load(path)
 

@@ -57,6 +57,7 @@ def test_without_a_master_it_says_where_it_looked(ros: Ros) -> None:
     assert "there is no ROS master" in found[BASE]["told"]
 
 
+@pytest.mark.realtime
 def test_a_base_that_stops_by_itself_is_well_and_hears_zero_last(ros: Ros) -> None:
     client = base(ros, 0.4)
     found = findings(doctor(ros, "--base", "--yes"))[BASE]
@@ -74,6 +75,7 @@ def test_a_base_that_drives_on_is_told_of_and_hears_zero_last(ros: Ros) -> None:
     client.wait_for_velocity(0, 0)
 
 
+@pytest.mark.realtime
 def test_the_simulator_of_the_package_stops_by_itself(ros: Ros) -> None:
     ros.node("simulator")
     client = ros.client("/odom")

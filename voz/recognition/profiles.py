@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +18,7 @@ from voz.files import (
     os_errors_as_config_error,
     read_json,
 )
-from voz.records import CheckedRecord
+from voz.records import CheckedRecord, Finite
 
 PROFILE_FILE = "profile.json"
 
@@ -43,8 +43,8 @@ class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
 class _ProfileFile(Profile, frozen=True, forbid_unknown_fields=True):
     """A profile as it is read; `start` and `mllr` are of an older voz."""
 
-    start: object = None
-    mllr: object = None
+    start: Mapping[str, Finite | tuple[Finite, ...]] | None = None
+    mllr: str | None = None
 
 
 def profile_folder(name: str) -> Path:

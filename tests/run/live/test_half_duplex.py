@@ -118,7 +118,8 @@ def test_of_a_story_nothing_counts_but_stop_that_is_said_into_it_does(
             if isinstance(event, Utterance) and event.accepted and not event.ignored:
                 obeyed.append(event.text)
     # The echo of a busy machine has gaps, and cannot be removed there; then only `stop` counts.
-    assert obeyed in (["go forward", "stop"], ["stop"])
+    # It is settled at once, other commands at a pause: a stop overtakes what was said before it.
+    assert {"stop"} <= set(obeyed) <= {"stop", "go forward"}
 
 
 @pytest.mark.parametrize("headset", [False, True])

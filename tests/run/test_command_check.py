@@ -8,8 +8,15 @@ from msgspec import convert
 from voz.config import Config, overridden
 from voz.control.steps import Step
 from voz.errors import ConfigError
+from voz.language.compile_templates import compile_templates
+from voz.language.formats.notation import parse_templates
 from voz.language.sentences.command_set import plain_commands
-from voz.run.command_check import check_renewal, describe_renewal, matched_settings
+from voz.run.command_check import (
+    check_renewal,
+    describe_renewal,
+    forgotten_alternatives,
+    matched_settings,
+)
 
 LIST = plain_commands(["start speech", "stop", "go back", "wave"])
 
@@ -97,3 +104,11 @@ def test_words_that_differ_in_their_accents_alone_stay_two_commands() -> None:
     assert set(matched_settings(settings(commands={"papà": {"say": "?"}}), both).commands) == {
         "papà"
     }
+
+
+def test_alternatives_of_a_line_that_lack_an_entry_are_told() -> None:
+    source = parse_templates(b"(raise|lower|stop) the arm | stop\n", "list.txt")
+    commands = compile_templates(source).commands
+    assert list(forgotten_alternatives(commands, settings())) == []
+    (line,) = forgotten_alternatives(commands, settings(commands={"raise the arm": {"say": "up"}}))
+    assert '"raise the arm", and not at "lower the arm" or "stop the arm" of the same line' in line

@@ -87,7 +87,7 @@ def build_lm(
         _check_fresh(commands, folder, source)
         return
     result = build.build(commands, folder, source, options.every_pair)
-    for warning in (*result.warnings, *forgotten_alternatives(source.commands, settings.table)):
+    for warning in (*result.warnings, *forgotten_alternatives(source.commands, settings)):
         warn(warning)
     show(*map(_alternatives_line, source.commands.alternatives))
     show(f"{result.sentences:,} sentences, {result.words:,} words:")

@@ -72,7 +72,7 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
     table = settings.table
     known = {HELP}.union(*table.sets.values())
     idle = [name for name in commands.names if name not in known]
-    alone = list(forgotten_alternatives(commands, table))
+    alone = list(forgotten_alternatives(commands, settings))
     yield from alone
     if idle and not code_of_its_own and not alone:
         yield f"no line of [commands] in voz.toml says what to do at {_quoted(idle)}"
@@ -87,11 +87,13 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
         yield f"no line of the list of commands is {quoted}: add it, and run `voz build-lm`"
 
 
-def forgotten_alternatives(commands: Commands, table: CommandTable) -> Iterator[str]:
-    """Yield a line for each template of which only some commands do something."""
+def forgotten_alternatives(commands: Commands, settings: Config) -> Iterator[str]:
+    """Yield a line for each template of which the settings have only some commands."""
+    defined = {name for own in (settings.commands, *settings.states.values()) for name in own}
+    known = {HELP}.union(*settings.table.sets.values())
     for names in commands.alternatives:
-        done = [name for name in names if any(name in own for own in table.sets.values())]
-        if done and (idle := [name for name in names if name not in done]):
+        done = [name for name in names if name in defined]
+        if done and (idle := [name for name in names if name not in known]):
             yield (
                 f"[commands] in voz.toml says what to do at {_quoted(done)}, and not at "
                 f"{_quoted(idle)} of the same line: add it, or give the line a name"

@@ -38,7 +38,8 @@ def test_children_of_the_robot_and_of_the_run_that_live_on_keep_no_motion_alive(
         (tmp_path / "fault").write_text("fork_and_live()")
         run.type(b"point beer\n")
         run.drive()
-        wait_until(lambda: (tmp_path / "children").read_text().count("\n") == 2)
+        children = tmp_path / "children"
+        wait_until(lambda: children.exists() and children.read_text().count("\n") == 2)
         run.process.kill()
         run.is_left_with_zero()
 

@@ -54,8 +54,8 @@ class OwnTime:
 
     def sleep(self, seconds: float) -> None:
         """Wait, on the thread that hands over."""
-        until = self.now + max(seconds, 1e-6)
-        with self._changed:
+        with self._changed:  # else time may go on before it is there, and back to it later
+            until = self.now + max(seconds, 1e-6)
             self._sleepers.append(until)
             assert self._changed.wait_for(lambda: self.now >= until, PATIENCE)
 

@@ -19,7 +19,7 @@ from recordings import FIXTURES
 
 from voz.apps.recordings.manifest import MANIFEST_NAME, read_manifest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +180,6 @@ def test_a_recording_is_served_to_those_who_may_come_in_and_kept_by_nobody(
     assert "not there" in robot.api.get(f"/api/recordings/{recording}").json()["error"]
 
 
-@pytest.mark.realtime
 def test_what_a_page_plays_drives_nothing(robot: PageRobot, forward: np.ndarray) -> None:
     with opened_without_browser(robot) as page:
         page.start_driving()

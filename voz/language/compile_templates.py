@@ -89,9 +89,7 @@ class CompiledTemplates:
 
 def compile_templates(source: TemplateSource) -> CompiledTemplates:
     """Compile the templates of all files together; raises CommandsError."""
-    if not source.templates and source.warnings:
-        raise CommandsError(f"{source.warnings[0]}; no other sentence is there")
-    if not source.templates:
+    if not (source.templates or source.left_out):
         raise CommandsError(f"{source.name}: contains no command; {source.advice.sentence}")
     written, warnings = resolve(source)
     if not written:

@@ -103,6 +103,9 @@ def test_what_is_not_taken_as_it_stands_is_told(
     ("name", "text", "message"),
     [
         ("a.ini", "[A]\n(one | two)!int{n}\n", '"one" cannot be converted by !int'),
+        ("a.ini", "[A]\none:inf!int\n", '"inf" cannot be converted by !int'),
+        ("a.ini", "[A]\n(up:inf){n!float}\n", '"inf" cannot be converted by !float'),
+        ("a.ini", "[A]\non:maybe!bool\n", '"maybe" cannot be converted by !bool'),
         ("a.ini", "[A]\none!round\n", "there is no converter round; the converters are int"),
         ("a.yaml", HASSIL % '"heat <name>"' + 'expansion_rules:\n  name: "[the] {name}"\n',
          'there is no list "name" (Home Assistant fills it itself); add it, as in: lists:'),
@@ -116,6 +119,20 @@ def test_advice_is_in_the_notation_of_the_file(
     with pytest.raises(CommandsError) as caught:
         read(tmp_path, name, text)
     assert message in str(caught.value)
+
+
+def test_what_only_left_out_sentences_use_is_no_fault(tmp_path: Path) -> None:
+    text = HASSIL % '"go", "tell <whom> that <what>"' + (
+        "lists:\n  x: {wildcard: true}\nexpansion_rules:\n  whom: ann\n  what: it is {x}\n"
+    )
+    (warning,) = read(tmp_path, "a.yaml", text).warnings
+    assert "this sentence is left out, as wildcards are not supported" in warning
+
+
+def test_many_sentences_that_are_left_out_are_one_line(tmp_path: Path) -> None:
+    block = "      - {sentences: [come], requires_context: {area: hall}}\n"
+    (warning,) = read(tmp_path, "a.yaml", HASSIL % '"go"' + 11 * block).warnings
+    assert "sentences are left out in 11 places" in warning
 
 
 def test_all_faults_of_a_file_are_told_at_once(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -37,28 +38,25 @@ from voz.language.sentences.text_lines import Faults, Location, Passage, error_a
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RHASSPY_RULE = re.compile(r"\s*([\w-]+)\s*=")
 _TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?((?:!\w+)*)\s*\}")
-CONVERTERS: Mapping[str, Callable[[Value], Value]] = {
-    "int": lambda value: int(float(value)),
-    "float": float,
-    "bool": lambda value: _truth(str(value).lower()),
-    "upper": lambda value: str(value).upper(),
-    "lower": lambda value: str(value).lower(),
-}
-
-_TRUE, _FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
-
-
-def _truth(text: str) -> bool:
-    if text not in (*_TRUE, *_FALSE):
-        raise ValueError
-    return text in _TRUE
-
-
 _RANGE = re.compile(r"(-?[0-9]{1,6})\.\.(-?[0-9]{1,6})(?:,([0-9]{1,6}))?", re.ASCII)
 
 ReadSlots = Callable[[str], tuple[str, bytes] | None]
 """Reads a list: what messages call its file, and its bytes; None if there is none."""
 
+
+TRUTHS: Mapping[str, bool] = {
+    **dict.fromkeys(("true", "yes", "on", "1"), True),
+    **dict.fromkeys(("false", "no", "off", "0"), False),
+}
+
+CONVERTERS: Mapping[str, Callable[[Value], Value]] = {
+    "int": lambda value: int(float(value)),
+    "float": float,
+    "bool": lambda value: TRUTHS[str(value).lower()],
+    "upper": lambda value: str(value).upper(),
+    "lower": lambda value: str(value).lower(),
+}
+"""What `!` and a name behind words or a value makes of it."""
 
 RHASSPY_ADVICE = Advice(
     rule="NAME = (would you | please)",
@@ -120,9 +118,12 @@ class RhasspyParser(Parser):
         else:  # a list or a range has its numbers as such
             return item
         try:
-            return Tag(said, CONVERTERS[converter](value))
-        except ValueError:
+            converted = CONVERTERS[converter](value)
+        except (ValueError, OverflowError, KeyError):
+            converted = math.nan
+        if isinstance(converted, float) and not math.isfinite(converted):
             self.fail(f'"{value}" cannot be converted by !{converter}; write another value', at)
+        return Tag(said, converted)
 
     def word(self, token: Token) -> Expression:
         """Check a word; it may be a range of numbers."""

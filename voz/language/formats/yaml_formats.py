@@ -158,7 +158,7 @@ def _block(
         raise error_at(text.place(node), '"sentences" is missing')
     sentences = text.sequence(parts["sentences"], "sentences")
     if condition := next((name for name in CONTEXT_KEYS if name in parts), None):
-        source.warnings.append(
+        source.left_out.append(
             f"{text.place(parts[condition])}: {len(sentences)} sentences are left out, as "
             f"{condition} is not supported"
         )

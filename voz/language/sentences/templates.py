@@ -79,6 +79,7 @@ class TemplateSource:
             is for takes it.
         skipped: what may be said before and after every sentence.
         warnings: what the user should know, one line each.
+        left_out: which sentences are left out and why, one line each.
         advice: how something that is missing is written in this file.
     """
 
@@ -89,6 +90,7 @@ class TemplateSource:
     lenient: bool = False
     skipped: Expression | None = None
     warnings: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
     advice: Advice = VOZ_ADVICE
 
     def define(
@@ -114,6 +116,7 @@ class TemplateSource:
         """Add the contents of an imported file; raises CommandsError if a name is taken."""
         self.templates += other.templates
         self.warnings += other.warnings
+        self.left_out += other.left_out
         self.lenient |= other.lenient
         self.skipped = self.skipped or other.skipped
         for (kind, name), definition in other.definitions.items():
@@ -141,12 +144,14 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
         CommandsError: a name is undefined or contains itself, or a sentence has a slot twice.
     """
     resolver = _Resolver(source)
-    templates, warnings, left_out = [], list(source.warnings), list[str]()
+    templates, warnings, left_out = [], list(source.warnings), list(source.left_out)
+    named: set[DefinitionKey] = set()  # in sentences that are left out
     for template in source.templates:
         try:
             expression = resolver.resolved(template.expression)
         except _UnsupportedError as error:
             left_out.append(f"{template.place}: this sentence is left out, as {error}")
+            _note_names(source, template.expression, named)
             continue
         twice: list[Slot] = []
         slots(expression, resolver.slots, twice)
@@ -159,15 +164,26 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
             may_be = Optional(resolver.resolved(source.skipped))
             expression = Concatenation((may_be, expression, may_be))
         templates.append(replace(template, expression=expression))
-    summary = f"{source.name}: {len(left_out)} sentences are left out, as they use what voz lacks"
-    warnings += summarize_warnings(left_out, summary)
+    summary = (
+        f"{source.name}: sentences are left out in {len(left_out)} places: see docs/sentences.md"
+    )
+    warnings[:0] = summarize_warnings(left_out, summary)
     for (kind, name), definition in source.definitions.items():
-        if (kind, name) not in resolver.known and not definition.unsupported:
+        if not (definition.unsupported or (kind, name) in {*resolver.known, *named}):
             resolver.named(kind, name, definition.place)  # it may still be wrong
             warnings.append(
                 f"{definition.place}: {kind} {reference_text(kind, name)} is never used; remove it"
             )
     return templates, tuple(warnings)
+
+
+def _note_names(source: TemplateSource, item: Expression, named: set[DefinitionKey]) -> None:
+    """Add the names of rules and lists in an expression, and in what they name."""
+    for found in references(item):
+        key = found.kind, found.name
+        if key not in named and (definition := source.definitions.get(key)):
+            named.add(key)
+            _note_names(source, definition.expression, named)
 
 
 class _UnsupportedError(Exception):

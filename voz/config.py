@@ -129,12 +129,16 @@ def never_missing_a_stop(config: Config) -> Config:
     return _from_the_same_file(sure, config)
 
 
+def defined_names(config: Config) -> list[str]:
+    """Return the commands that settings define, in their order; one of several states repeats."""
+    return [name for own in (config.commands, *config.states.values()) for name in own]
+
+
 def command_names(config: Config) -> set[str]:
     """Return all names of commands in settings: of those defined, and of those meant."""
     definitions = [config.commands, *config.states.values()]
     meant = [d for own in definitions for d in own.values() if isinstance(d, str)]
-    defined = {name for own in definitions for name in own}
-    return defined.union(meant, config.recognition.never_missed)
+    return {*defined_names(config), *meant, *config.recognition.never_missed}
 
 
 def with_usual_names(config: Config) -> Config:
@@ -143,7 +147,7 @@ def with_usual_names(config: Config) -> Config:
     Raises:
         ConfigError: a command is there twice.
     """
-    defined = {name for own in (config.commands, *config.states.values()) for name in own}
+    defined = set(defined_names(config))
     usual = {plain_form(name): name for name in (*sorted(defined), *_builtin())}
     others = {name: usual.get(plain_form(name)) for name in command_names(config)}
     return with_names(

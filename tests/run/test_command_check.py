@@ -16,6 +16,7 @@ from voz.run.command_check import (
     describe_renewal,
     forgotten_alternatives,
     matched_settings,
+    mismatches,
 )
 
 LIST = plain_commands(["start speech", "stop", "go back", "wave"])
@@ -112,3 +113,12 @@ def test_alternatives_of_a_line_that_lack_an_entry_are_told() -> None:
     assert list(forgotten_alternatives(commands, settings())) == []
     (line,) = forgotten_alternatives(commands, settings(commands={"raise the arm": {"say": "up"}}))
     assert '"raise the arm", and not at "lower the arm" or "stop the arm" of the same line' in line
+
+
+def test_what_else_does_nothing_is_told_beside_forgotten_alternatives() -> None:
+    source = parse_templates(b"(raise|lower) the arm | stop\nwave\n", "list.txt")
+    commands = compile_templates(source).commands
+    found = settings(commands={"raise the arm": {"say": "up"}})
+    forgotten, other = mismatches(commands, found, False)
+    assert '"lower the arm"' in forgotten
+    assert other == 'no line of [commands] in voz.toml says what to do at "wave"'

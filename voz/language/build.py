@@ -26,13 +26,12 @@ from voz.language.language_files import (
 from voz.language.ngram import arpa
 from voz.language.pronunciation import (
     GUESS_ORIGIN,
-    PRONUNCIATIONS_FILE,
     SPELLED_ORIGIN,
     LexiconEntry,
     dictionary_entries,
 )
 from voz.language.sentences.command_set import encode_commands
-from voz.language.sentences.text_lines import summarize_warnings
+from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, summarize_warnings
 from voz.language.similarity_report import similarity_warnings
 from voz.language.spoken_language import LanguageInfo
 
@@ -197,9 +196,8 @@ def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
 
 
 def _alike_warnings(source: CommandSource, every: bool, before: Collection[str]) -> tuple[str, ...]:
-    brought = set(
-        read_sentences(LanguageFiles(PACKAGED_FOLDER))
-    )  # docs/commands.md names its pairs
+    # The user did not choose the sentences that come with voz.
+    brought = set(read_sentences(LanguageFiles(PACKAGED_FOLDER)))
     return similarity_warnings(similar_pairs(source), every, [brought, before])
 
 

@@ -20,7 +20,6 @@ from voz.language.formats.command_list import (
 )
 from voz.language.formats.notation import has_templates, parse_templates
 from voz.language.pronunciation import (
-    PRONUNCIATIONS_FILE,
     LexiconEntry,
     check_english,
     guess,
@@ -30,7 +29,7 @@ from voz.language.pronunciation import (
 )
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.templates import TemplateSource
-from voz.language.sentences.text_lines import error_at
+from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, error_at
 from voz.language.similarity import (
     SimilarPair,
     distinct_pairs,

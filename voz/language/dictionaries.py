@@ -13,8 +13,9 @@ from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_text, shown_path
-from voz.language.pronunciation import PRONUNCIATIONS_FILE, LexiconEntry
+from voz.language.pronunciation import LexiconEntry
 from voz.language.sentences.spelling import normalize
+from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE
 
 DICTIONARY_ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
 RULES_ADVICE = "give rules: letters, a tab and their phones a line"

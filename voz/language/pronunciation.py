@@ -12,7 +12,7 @@ from pathlib import Path
 
 from voz.errors import CommandsError
 from voz.language.sentences.spelling import ANY_LETTER, normalize
-from voz.language.sentences.text_lines import content_lines
+from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, content_lines
 
 # festival's time for a word grows with the words before it (400 take 2 s, 1600 more than 40 s),
 # so a long list is given to several processes, one after the other.
@@ -99,7 +99,6 @@ PHONE_NAMES = (
     "UH UW V W Y Z ZH"
 )
 PHONES = frozenset(PHONE_NAMES.split())
-PRONUNCIATIONS_FILE = "pronunciations.txt"
 GUESS_ORIGIN = "letter-to-sound (a guess)"
 SPELLED_ORIGIN = "letter by letter (a guess)"
 MIN_PART_LETTERS = 3  # letters of the shortest part of a compound

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.language.pronunciation import PRONUNCIATIONS_FILE
+from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE
 from voz.language.similarity import find_similar
 from voz.language.similarity_report import WARNING_SIMILARITY
 from voz.recognition.confidence import sigmoid

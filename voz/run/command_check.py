@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from voz.config import Config, command_names, with_examples, with_names
+from voz.config import Config, command_names, defined_names, with_examples, with_names
 from voz.control.table import HELP, CommandTable, check_commands
 from voz.errors import CommandsError, ConfigError
 from voz.files import read_bytes, shown_path
 from voz.language.build import build
 from voz.language.command_source import CommandSource, read_list
 from voz.language.formats.command_list import (
+    BESIDE_THE_LIST,
     EXPECTED_SENTENCES_FILE,
     failed_expectations,
     folder_of,
 )
 from voz.language.language_files import LanguageFiles, list_sources, stale_warning
-from voz.language.pronunciation import PRONUNCIATIONS_FILE
 from voz.language.sentences.command_set import Commands
 from voz.language.spoken_language import configured_language
 from voz.robot.factory import robot_names
@@ -30,8 +30,6 @@ MAX_NAMES = 4
 
 ROS_ROBOTS = ("ros1", "ros2")
 """Their topics are made at the start."""
-
-BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 
 
 def matched_settings(settings: Config, commands: Commands) -> Config:
@@ -70,13 +68,13 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
     A robot with code of its own may act on commands that the table lacks.
     """
     table = settings.table
-    known = {HELP}.union(*table.sets.values())
+    defined = defined_names(settings)
+    yield from forgotten_alternatives(commands, settings)
+    told = [names for names in commands.alternatives if not set(defined).isdisjoint(names)]
+    known = {HELP}.union(*table.sets.values(), *told)
     idle = [name for name in commands.names if name not in known]
-    alone = list(forgotten_alternatives(commands, settings))
-    yield from alone
-    if idle and not code_of_its_own and not alone:
+    if idle and not code_of_its_own:
         yield f"no line of [commands] in voz.toml says what to do at {_quoted(idle)}"
-    defined = [name for own in (settings.commands, *settings.states.values()) for name in own]
     defined += [
         name
         for name in settings.recognition.never_missed
@@ -89,7 +87,7 @@ def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> I
 
 def forgotten_alternatives(commands: Commands, settings: Config) -> Iterator[str]:
     """Yield a line for each template of which the settings have only some commands."""
-    defined = {name for own in (settings.commands, *settings.states.values()) for name in own}
+    defined = defined_names(settings)
     known = {HELP}.union(*settings.table.sets.values())
     for names in commands.alternatives:
         done = [name for name in names if name in defined]

@@ -13,10 +13,11 @@ from voz.errors import CommandsError
 from voz.files import read_bytes, shown_path
 from voz.language.formats.notation import has_templates, parse_templates
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import find_unspeakable, length_complaint, spoken_forms
+from voz.language.sentences.spelling import find_unspeakable, first_wording, length_complaint
 from voz.language.sentences.templates import TemplateSource
 from voz.language.sentences.text_lines import (
     MAX_TEXT_BYTES,
+    PRONUNCIATIONS_FILE,
     Faults,
     content_lines,
     error_at,
@@ -27,8 +28,11 @@ MAX_COMMAND_WORDS = 12
 
 EXPECTED_SENTENCES_FILE = "tests.txt"
 
-_BESIDE = (EXPECTED_SENTENCES_FILE, "pronunciations.txt", "comandos_voz.gram")
-"""What is no list, and may be beside one: the last is made from it."""
+BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
+"""What belongs to a list and is none."""
+
+_GENERATED = "comandos_voz.gram"
+"""What is made from a list, with the ending of one."""
 
 
 def read_user_file(path: Path) -> bytes:
@@ -49,7 +53,7 @@ def files_of_folder(folder: Path) -> list[Path]:
         files = sorted(path for path in folder.iterdir() if path.is_file())
     except OSError as error:
         raise CommandsError(f"{shown_path(folder)}: {error.strerror}; give another") from None
-    files = [path for path in files if path.name not in _BESIDE]
+    files = [path for path in files if path.name not in (*BESIDE_THE_LIST, _GENERATED)]
     found = [path for path in files if has_known_ending(path)]
     return found or [path for path in files if path.suffix == ".txt"]
 
@@ -94,9 +98,9 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     repeats: list[str] = []
     faults = Faults()
     for number, text in content_lines(data, name):
+        sentence = first_wording(text)
         with faults:
-            _check_sentence(text, f"{name}:{number}")
-        sentence = " ".join(word for ways in spoken_forms(text) for word in ways[0].split())
+            _check_sentence(text, sentence.split(), f"{name}:{number}")
         first = lines.setdefault(sentence, number)
         if first != number:
             repeats.append(
@@ -111,10 +115,9 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     )
 
 
-def _check_sentence(text: str, where: str) -> None:
+def _check_sentence(text: str, words: list[str], where: str) -> None:
     if found := find_unspeakable(text):
         raise CommandsError(f"{where}: {found[1]}")
-    words = [word for ways in spoken_forms(text) for word in ways[0].split()]
     if not words:
         raise CommandsError(f"{where}: has no word; remove this line, or write what is said")
     if len(words) > MAX_COMMAND_WORDS:

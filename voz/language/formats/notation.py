@@ -19,11 +19,7 @@ from voz.language.sentences.expression import (
     choice,
     parse_value,
 )
-from voz.language.sentences.spelling import (
-    MAX_WORD_LETTERS,
-    compose_accents,
-    normalize,
-)
+from voz.language.sentences.spelling import MAX_WORD_LETTERS, compose_accents, normalize
 from voz.language.sentences.templates import Template, TemplateSource
 from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
 

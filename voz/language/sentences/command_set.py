@@ -14,7 +14,13 @@ from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
-from voz.language.sentences.spelling import normalize, plain_form, spoken_forms, strip_accents
+from voz.language.sentences.spelling import (
+    first_wording,
+    normalize,
+    plain_form,
+    spoken_forms,
+    strip_accents,
+)
 
 SlotMark: TypeAlias = tuple[str, Value]
 """`{` and `}` are the ends of a slot, `<` and `>` those of a tag."""
@@ -311,9 +317,7 @@ class Commands(Collection[str]):
 
     def closest_sentence(self, text: str) -> str | None:
         """Guess which sentence was meant by a typed one; None if nothing is similar."""
-        words = [word for ways in spoken_forms(text) for word in ways[0].split()][
-            : self.longest + 3
-        ]
+        words = first_wording(text).split()[: self.longest + 3]
         found = nearest(self.automaton, words, LetterDistances(), 1, changes=len(words))
         close = found and found[0].cost <= MAX_WRONG_LETTERS * sum(map(len, words))
         return found[0].sentence if close else None

@@ -92,9 +92,14 @@ def spoken_forms(text: str) -> list[list[str]]:
     return [_said(token) for token in _TOKEN.findall(_HYPHEN.sub(" ", plain))]
 
 
+def first_wording(text: str) -> str:
+    """Return the plainest way to say a typed text; empty if it has no word."""
+    return " ".join(ways[0] for ways in spoken_forms(text))
+
+
 def plain_form(text: str) -> str:
     """Return text in its first wording and without accents: forms of one text are the same."""
-    return strip_accents(" ".join(ways[0] for ways in spoken_forms(text)))
+    return strip_accents(first_wording(text))
 
 
 def _said(token: str) -> list[str]:

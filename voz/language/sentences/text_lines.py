@@ -11,6 +11,9 @@ from itertools import accumulate
 
 from voz.errors import CommandsError
 
+PRONUNCIATIONS_FILE = "pronunciations.txt"
+"""Beside a list: how its words are pronounced, by its user."""
+
 MAX_TEXT_BYTES = 1_000_000
 MAX_WARNINGS = 10
 

@@ -33,9 +33,6 @@ class OwnTime:
     So it stands still while a thread computes, or a busy machine does not let it.
     """
 
-    clock_gettime = staticmethod(time.clock_gettime)
-    CLOCK_BOOTTIME, CLOCK_MONOTONIC = time.CLOCK_BOOTTIME, time.CLOCK_MONOTONIC
-
     def __init__(self, threads: Callable[[], list[threading.Thread]]) -> None:
         self.now = 0.0
         self._threads = threads
@@ -52,12 +49,15 @@ class OwnTime:
         self._queue = WatchedQueue(size)
         return self._queue
 
-    def sleep(self, seconds: float) -> None:
-        """Wait, on the thread that hands over."""
+    def sleep(self, ended: threading.Event, seconds: float) -> bool:
+        """Wait, on the thread that hands over, until the run ends."""
         with self._changed:  # else time may go on before it is there, and back to it later
             until = self.now + max(seconds, 1e-6)
             self._sleepers.append(until)
-            assert self._changed.wait_for(lambda: self.now >= until, PATIENCE)
+            while not self._changed.wait_for(lambda: self.now >= until, 0.1):
+                if ended.is_set():
+                    break
+        return ended.is_set()
 
     def wait(self, event: threading.Event) -> None:
         """Wait for something that happens in time, on the thread that reads ahead."""
@@ -121,7 +121,7 @@ def own_time(
     """The time of these runs."""
     own_time = OwnTime(begun)
     monkeypatch.setattr(clocks, "elapsed", own_time.elapsed)
-    monkeypatch.setattr(clocks, "time", own_time)
+    monkeypatch.setattr(clocks, "wait", own_time.sleep)
     monkeypatch.setattr(clocks, "queue", SimpleNamespace(Queue=own_time.queue))
     monkeypatch.setattr(Inbox, "take", lambda inbox, timeout: own_time.take(inbox, timeout))
     return own_time
@@ -206,6 +206,18 @@ def test_what_goes_wrong_while_reading_ahead_ends_the_run() -> None:
     with pytest.raises(AudioError, match="the disk is gone"):
         type_lines(broken(), events.append, paced=True)
     assert events[-1] == Twist(0.1, 0, 0)
+
+
+def test_a_run_that_ends_before_its_source_leaves_no_thread(
+    begun: Callable[[], list[threading.Thread]],
+) -> None:
+    def receive(event: Event) -> None:
+        if isinstance(event, Twist) and event.linear:
+            raise OSError("the robot is gone")
+
+    with pytest.raises(OSError, match="the robot is gone"):
+        type_lines(["start speech", "go forward", *"-" * 1000], receive, paced=True)
+    wait_until(lambda: not begun())
 
 
 def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:

@@ -11,6 +11,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Protocol, TypeAlias
 
 from voz.control.messages import End, Message
@@ -51,6 +52,11 @@ def elapsed() -> float:
     """Return a time that never goes back, s, and goes on while the computer is suspended."""
     # CLOCK_MONOTONIC stands still while a laptop sleeps, and its robot would drive on.
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+
+
+def wait(ended: threading.Event, seconds: float) -> bool:
+    """Wait that long; True, at once, if a run has ended."""
+    return ended.wait(seconds)
 
 
 class Clock(Protocol):
@@ -159,8 +165,9 @@ def time_of(item: Item) -> float:
     return item if isinstance(item, float) else item.t
 
 
-def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
-    """Put items into an inbox, each at its time, on threads of their own.
+@contextmanager
+def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> Iterator[None]:
+    """Put items into an inbox, each at its time, on threads of their own, until the run ends.
 
     Args:
         items: in the order of their times; their end, or an error, ends the run.
@@ -168,17 +175,26 @@ def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
         clock: the time of the run.
     """
     ready: queue.Queue[Item | End] = queue.Queue(MAX_ITEMS_AHEAD)
+    ended = threading.Event()
     for name, work in (
-        ("voz-ahead", lambda: _read_ahead(items, ready)),
-        ("voz-pace", lambda: _hand_over(ready, inbox, clock)),
+        ("voz-ahead", lambda: _read_ahead(items, ready, ended)),
+        ("voz-pace", lambda: _hand_over(ready, inbox, clock, ended)),
     ):
         threading.Thread(target=work, name=name, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()  # nobody waits for the threads: one may wait for a line that never comes
 
 
-def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
+def _read_ahead(
+    items: Iterator[Item], ready: queue.Queue[Item | End], ended: threading.Event
+) -> None:
     end = SOURCE_DIED
     try:
         for item in items:
+            if ended.is_set():
+                break
             ready.put(item)
         end = End()
     except Exception as error:  # it is raised where the items are awaited
@@ -187,25 +203,29 @@ def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
         ready.put(end)
 
 
-def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) -> None:
+def _hand_over(
+    ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock, ended: threading.Event
+) -> None:
     end = SOURCE_DIED
     over = 0.0
     try:
         while not isinstance(item := ready.get(), End):
             if isinstance(item, float):
                 over = item
-            else:
-                _wait(item.t, clock)
+            elif _is_time(item.t, clock, ended):
                 inbox.put(item)
-        _wait(beats_before(over) / BEATS_PER_SECOND, clock)
+        _is_time(beats_before(over) / BEATS_PER_SECOND, clock, ended)
         end = item
     finally:
         inbox.put(end)
 
 
-def _wait(until: float, clock: PacedClock) -> None:
-    while (left := until - HANDOVER_LEAD - clock.exactly()) > 0:  # its time may stand still
-        time.sleep(left)
+def _is_time(t: float, clock: PacedClock, ended: threading.Event) -> bool:
+    """Wait until an item is to be handed over; False if the run ends before."""
+    while (left := t - HANDOVER_LEAD - clock.exactly()) > 0:  # its time may stand still
+        if wait(ended, left):
+            return False
+    return not ended.is_set()
 
 
 class Warn(Protocol):

@@ -142,5 +142,5 @@ def by_items(
 @contextmanager
 def _pace(session: Session, source: Source) -> Iterator[None]:
     assert isinstance(session.clock, PacedClock)
-    pace(source(session.clock.exactly), session.inbox, session.clock)
-    yield
+    with pace(source(session.clock.exactly), session.inbox, session.clock):
+        yield

@@ -20,6 +20,7 @@ from voz.audio.sound_files import (
     Resampler,
     read_blocks,
     read_sound,
+    to_int16,
     to_samples,
 )
 from voz.errors import AudioError
@@ -369,3 +370,8 @@ def test_a_format_that_is_not_read_is_to_be_converted(tmp_path: Path) -> None:
     path = tmp_path / "my take.m4a"
     path.write_bytes(b"\0\0\0\x18ftypM4A " + bytes(100))
     assert error_of(path).endswith(f"ffmpeg -i '{path}' '{tmp_path}/my take.wav'")
+
+
+def test_floats_of_a_broken_driver_are_cut_off() -> None:
+    loud = np.array([3e38, -3e38, 0.5, 1.0], np.float32)
+    assert to_int16(loud).tolist() == [32767, -32768, 16384, 32767]

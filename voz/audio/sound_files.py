@@ -227,7 +227,8 @@ def _full_scale(path: Path, file: soundfile.SoundFile, warn: Warn) -> float:
 
 def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
     """Convert samples from -1 to 1 to 16 bits, with clipping."""
-    whole: Samples = np.clip(np.rint(samples * 32768), -32768, 32767).astype(np.int16)
+    # Clipped first: the floats of a broken driver overflow.
+    whole: Samples = np.minimum(np.rint(np.clip(samples, -1, 1) * 32768), 32767).astype(np.int16)
     return whole
 
 

@@ -22,6 +22,7 @@ from voz.language.pronunciation import (
     read_cmudict,
     run_festival,
     split_compound,
+    words_in_capitals,
 )
 
 
@@ -144,6 +145,28 @@ def test_an_unknown_word_is_guessed_and_marked_as_a_guess(cmudict: bytes):
     entries = pronounce({"stop": "l:1", "zorblax": "l:2"}, {}, cmudict, lambda _: {"zorblax": "Z"})
     assert list(entries) == ["stop", "zorblax"]
     assert entries["zorblax"].origin == GUESS_ORIGIN
+
+
+@pytest.mark.parametrize(
+    ("word", "phones"),
+    [
+        ("gpio", ("JH IY P IY AY OW",)),  # no English word begins so
+        ("rfid", ("AA R EH F AY D IY",)),
+        ("imu", ("AY EH M Y UW", "Z")),  # rather spelled
+        ("lidar", ("Z", "EH L AY D IY EY AA R")),  # rather a word
+        ("nasa", ("N AE S AH",)),
+    ],
+)
+def test_short_words_in_capitals_may_be_spelled(
+    cmudict: bytes, word: str, phones: tuple[str, ...]
+) -> None:
+    found = pronounce({word: "l:1"}, {}, cmudict, lambda _: {word: "Z"}, {word})
+    assert found[word].phones == phones
+
+
+def test_capitals_are_of_use_where_not_all_is_in_capitals() -> None:
+    assert words_in_capitals(["lidar on\nGPIO off\n", "LIDAR off\nSHUTDOWN"]) == {"gpio"}
+    assert words_in_capitals(["GO FORWARD\nLIDAR ON\n"]) == set()
 
 
 def test_without_festival_the_message_names_the_word_and_its_line(cmudict: bytes):

@@ -25,8 +25,7 @@ from voz.language.language_files import (
 )
 from voz.language.ngram import arpa
 from voz.language.pronunciation import (
-    GUESS_ORIGIN,
-    SPELLED_ORIGIN,
+    GUESSES,
     LexiconEntry,
     dictionary_entries,
 )
@@ -177,14 +176,10 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
-    guessed = {
-        word: entry
-        for word, entry in source.entries.items()
-        if entry.origin in (GUESS_ORIGIN, SPELLED_ORIGIN)
-    }
+    guessed = {word: entry for word, entry in source.entries.items() if entry.origin in GUESSES}
     each = [
-        f'{source.places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '
-        f"correct it in {PRONUNCIATIONS_FILE} beside the list"
+        f'{source.places[word]}: "{word}" is in no dictionary; {" or ".join(entry.phones)} '
+        f"is a guess: correct it in {PRONUNCIATIONS_FILE} beside the list"
         for word, entry in guessed.items()
     ]
     name = LanguageFiles(Path()).pronounce_log.name

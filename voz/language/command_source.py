@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from voz.language.formats.command_list import (
     files_of_folder,
     folder_of,
     is_templates,
+    left_out_of_folder,
     parse_commands,
     read_file_or_names,
     read_templates,
@@ -26,6 +27,7 @@ from voz.language.pronunciation import (
     parse_pronunciations,
     pronounce,
     read_cmudict,
+    words_in_capitals,
 )
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.templates import TemplateSource
@@ -76,56 +78,65 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
             Of a folder all lists are one.
         language: what is spoken; None is English.
     """
-    if commands.is_dir() and len(lists := files_of_folder(commands)) == 1:
-        (commands,) = lists
+    if commands.is_dir():
+        return _read_folder(commands, language)
+    return _read_list(commands, language)
+
+
+def _read_folder(folder: Path, language: OtherLanguage | None) -> CommandSource:
+    lists = files_of_folder(folder)
+    left_out = left_out_of_folder(folder, lists)
+    source = _read_list(lists[0] if len(lists) == 1 else folder, language)
+    return replace(source, warnings=(*left_out, *source.warnings))
+
+
+def _read_list(commands: Path, language: OtherLanguage | None) -> CommandSource:
     data = read_file_or_names(commands)
     if is_templates(commands, data):
         source, read = read_templates(commands)
-        return _of_templates(source, read, folder_of(commands), language)
+        compiled = _of_templates(source, read.values(), folder_of(commands), language)
+        return replace(compiled, files_read=read)
     parsed = parse_commands(data, str(commands))
-    return replace(_of_sentences(parsed, commands.parent, language), files_read={commands: data})
+    plain = _of_sentences(parsed, data, commands.parent, language)
+    return replace(plain, files_read={commands: data})
 
 
 def read_lines(lines: Iterable[str]) -> CommandSource:
     """Read the lines of an English command list, in voz's notation; raises CommandsError."""
     data = "\n".join(lines).encode(errors="surrogatepass")
     if not has_templates(data):
-        return _of_sentences(parse_commands(data, UNNAMED_LIST))
+        return _of_sentences(parse_commands(data, UNNAMED_LIST), data)
     source = parse_templates(data, UNNAMED_LIST)
     for name, place in source.imports:
         raise error_at(place, f"import works only in files; insert the lines of {name} here")
-    return _of_templates(source, {})
+    return _of_templates(source, [data])
 
 
 def _of_sentences(
-    parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
+    parsed: CommandList,
+    text: bytes,
+    folder: Path | None = None,
+    language: OtherLanguage | None = None,
 ) -> CommandSource:
     known, places = plain_commands(parsed.sentences), parsed.places()
-    entries = pronounce_words(folder, places, language)
+    entries = pronounce_words(folder, places, language, [text])
     spoken = language.spoken if language else None
     return CommandSource(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
 def _of_templates(
     source: TemplateSource,
-    read: Mapping[Path, bytes],
+    texts: Collection[bytes],
     folder: Path | None = None,
     language: OtherLanguage | None = None,
 ) -> CommandSource:
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries = pronounce_words(folder, places, language)
+    entries = pronounce_words(folder, places, language, texts)
     spoken = language.spoken if language else None
     return CommandSource(
-        source.name,
-        compiled.commands,
-        entries,
-        places,
-        compiled.warnings,
-        compiled,
-        spoken,
-        read,
+        source.name, compiled.commands, entries, places, compiled.warnings, compiled, spoken
     )
 
 
@@ -141,7 +152,10 @@ def similar_pairs(source: CommandSource) -> list[SimilarPair]:
 
 
 def pronounce_words(
-    folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None = None
+    folder: Path | None,
+    places: Mapping[str, str],
+    language: OtherLanguage | None = None,
+    texts: Collection[bytes] = (),
 ) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced.
 
@@ -149,6 +163,7 @@ def pronounce_words(
         folder: where a `pronunciations.txt` may be; None if there is none.
         places: the words, and where each stands, for messages.
         language: what is spoken; None is English.
+        texts: what the user wrote, in UTF-8; words in capitals may be spelled.
 
     Raises:
         CommandsError: nobody knows how to say one of them.
@@ -161,7 +176,8 @@ def pronounce_words(
     if language:
         return pronounce_from(places, user, language.dictionary, language.rules)
     check_english(places)
-    return pronounce(places, user, read_cmudict(), guess)
+    capitals = words_in_capitals(text.decode(errors="replace") for text in texts)
+    return pronounce(places, user, read_cmudict(), guess, capitals)
 
 
 def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:

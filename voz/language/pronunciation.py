@@ -104,8 +104,21 @@ SPELLED_ORIGIN = "letter by letter (a guess)"
 MIN_PART_LETTERS = 3  # letters of the shortest part of a compound
 MAX_COMPOUND_PARTS = 3
 
+BOTH_ORIGIN = "letter-to-sound, or letter by letter (a guess)"
+GUESSES = frozenset({GUESS_ORIGIN, SPELLED_ORIGIN, BOTH_ORIGIN})
+
+MAX_SPELLED_LETTERS = 5
+SURELY_SPELLED_LETTERS = 3
+"""Capitals of so few letters are rather spelled: IMU, PIR, API; LIDAR and YAML are words."""
+
 _ACRONYM = re.compile("[b-df-hj-np-tv-xz]{2,5}|[b-df-hj-np-tv-z]{2,3}")
 """A word that can only be spelled, as it has no vowel: `mqtt`, `kg`, `xyz`."""
+
+_ENGLISH_BEGINNING = re.compile(
+    "([a-z]|[bcfgkps][lr]|[dpt]r|[cgpstw]h|[dst]w|s[ckmnpqt]|s[ckpt]r|sch|shr|spl|thr|kn|qu|ts|wr)?"
+    "[aeiouy]"
+)
+"""Up to its first vowel; GPIO, RFID and HDMI have none of these and are spelled."""
 
 _USER_WORD = re.compile(rf"((?:{ANY_LETTER}|')+)(\([0-9]+\))?")
 _ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
@@ -222,6 +235,7 @@ def pronounce(
     user: Mapping[str, tuple[str, ...]],
     cmudict: bytes,
     guess: Guesser,
+    capitals: Collection[str] = (),
 ) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced; the first of the four sources that knows one decides.
 
@@ -230,6 +244,7 @@ def pronounce(
         user: the user's own pronunciations.
         cmudict: what `read_cmudict` returns.
         guess: guesses the phones of unknown words.
+        capitals: those of the words that were written in capitals, as RFID.
 
     Returns:
         An entry for each word, sorted by word; CommandsError is raised if one has none.
@@ -237,6 +252,9 @@ def pronounce(
 
     def known(word: str) -> tuple[str, ...]:
         return user.get(word) or look_up(cmudict, word)
+
+    def spelled(word: str) -> tuple[str, ...]:
+        return _join(word, lambda letter: ("EY",) if letter == "a" else known(letter))
 
     entries: dict[str, LexiconEntry] = {}
     for word in places:
@@ -246,11 +264,31 @@ def pronounce(
             entries[word] = LexiconEntry(phones, "cmudict")
         elif parts := split_compound(word, known):
             entries[word] = LexiconEntry(_join(parts, known), f"compound {'+'.join(parts)}")
-        elif _ACRONYM.fullmatch(word):
-            entries[word] = LexiconEntry(_join(word, known), SPELLED_ORIGIN)
+        elif _ACRONYM.fullmatch(word) or (word in capitals and not _ENGLISH_BEGINNING.match(word)):
+            entries[word] = LexiconEntry(spelled(word), SPELLED_ORIGIN)
     unknown = [word for word in places if word not in entries]
     entries.update(_guess_all(unknown, places, guess))
+    for word in set(capitals).intersection(unknown):
+        both = (*entries[word].phones, *spelled(word))
+        ways = both[::-1] if len(word) <= SURELY_SPELLED_LETTERS else both
+        entries[word] = LexiconEntry(tuple(dict.fromkeys(ways)), BOTH_ORIGIN)
     return dict(sorted(entries.items()))
+
+
+_WRITTEN_WORD = re.compile(r"[^\W\d_]+")
+
+
+def words_in_capitals(texts: Iterable[str]) -> set[str]:
+    """Find the short words that are always in capitals, where not all is; in lower case."""
+    capitals, others = set[str](), set[str]()
+    for text in texts:
+        words = set(_WRITTEN_WORD.findall(text))
+        shouted = {
+            word for word in words if 1 < len(word) <= MAX_SPELLED_LETTERS and word.isupper()
+        }
+        capitals |= set() if text.isupper() else {word.lower() for word in shouted}
+        others |= {word.lower() for word in words - shouted}
+    return capitals - others
 
 
 def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -14,7 +14,7 @@ from voz.files import read_bytes, shown_path
 from voz.language.formats.notation import has_templates, parse_templates
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import find_unspeakable, first_wording, length_complaint
-from voz.language.sentences.templates import TemplateSource
+from voz.language.sentences.templates import Advice, TemplateSource
 from voz.language.sentences.text_lines import (
     MAX_TEXT_BYTES,
     PRONUNCIATIONS_FILE,
@@ -30,6 +30,9 @@ EXPECTED_SENTENCES_FILE = "tests.txt"
 
 BESIDE_THE_LIST = (PRONUNCIATIONS_FILE, EXPECTED_SENTENCES_FILE)
 """What belongs to a list and is none."""
+
+RHASSPY_SLOTS = "slots"
+"""The folder beside a `sentences.ini` with the lists that it names."""
 
 _GENERATED = "comandos_voz.gram"
 """What is made from a list, with the ending of one."""
@@ -56,6 +59,16 @@ def files_of_folder(folder: Path) -> list[Path]:
     files = [path for path in files if path.name not in (*BESIDE_THE_LIST, _GENERATED)]
     found = [path for path in files if has_known_ending(path)]
     return found or [path for path in files if path.suffix == ".txt"]
+
+
+def left_out_of_folder(folder: Path, taken: Collection[Path]) -> Iterator[str]:
+    """Report which lists in a folder are no part of the one that its files are together."""
+    for path in sorted(folder.iterdir()):
+        within = path.glob("*") if path.name != RHASSPY_SLOTS else ()
+        lists = [file for file in within if has_known_ending(file) and file.name != _GENERATED]
+        is_list = path.suffix == ".txt" and path.name not in BESIDE_THE_LIST
+        if lists or (is_list and path not in taken):
+            yield f"{shown_path(path)} is left out; move what you want from it to the other lists"
 
 
 def folder_of(commands: Path) -> Path:
@@ -217,7 +230,7 @@ def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Tem
     from voz.language.formats.rhasspy import parse_rhasspy
 
     def slots(named: str) -> tuple[str, bytes] | None:
-        file = path.parent / "slots" / named
+        file = path.parent / RHASSPY_SLOTS / named
         if ".." in file.parts or not file.is_file():
             return None
         data = read[file] = read_user_file(file)
@@ -243,7 +256,8 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
 
 def _keywords(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
     """Parse a keyword list of pocketsphinx: what is said, then its threshold, as /1e-20/."""
-    return parse_templates(_THRESHOLD.sub(b"", data), name)
+    source = parse_templates(_THRESHOLD.sub(b"", data), name)
+    return replace(source, advice=Advice(sentence="write one keyphrase per line, as: stop /1e-20/"))
 
 
 _THRESHOLD = re.compile(rb"[ \t]*/[-+.0-9eE]*/[ \t]*$", re.MULTILINE)

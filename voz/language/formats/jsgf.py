@@ -15,9 +15,11 @@ from voz.language.sentences.expression import (
     NO_WORDS,
     Choice,
     Expression,
+    Optional,
     Reference,
     Slot,
     Tag,
+    children,
     concatenation,
     parse_value,
     references,
@@ -132,7 +134,29 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     if not public:
         raise error_at(Location(name, 1), 'no rule is public; write "public" before one')
     _add_public(source, public)
+    if names := [f'"{one.command}"' for one in source.templates if _is_of_many(source, one)]:
+        source.warnings.append(
+            f"{name}: {', '.join(names)}: one command each, whatever of its alternatives is said; "
+            "tags tell them apart, as in: <way> = up {up} | down {down};"
+        )
     return source
+
+
+def _is_of_many(source: TemplateSource, template: Template) -> bool:
+    """Whether a command has alternatives that are in no slot."""
+    todo = [template.expression] if template.command is not None else []
+    seen = set()
+    for item in todo:
+        if isinstance(item, Choice) and not item.synonyms and len(set(item.items) - {NO_WORDS}) > 1:
+            return True
+        if isinstance(item, Reference):
+            rule = source.definitions.get(("rule", item.name))
+            if rule and item.name not in seen:
+                todo.append(rule.expression)
+            seen.add(item.name)
+        elif not isinstance(item, Optional | Slot):
+            todo += children(item)
+    return False
 
 
 def _part(whole: Passage, start: int, end: int) -> Passage:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from voz.language.formats.parser import Parser, Token
@@ -80,7 +81,7 @@ class RhasspyParser(Parser):
         if token.kind == "value":
             self.take()
             item = items.pop() if items and not token.spaced else NO_WORDS
-            items.append(Tag(item, parse_value(" ".join(token.text.strip(":()").split()))))
+            items.append(self._substituted(item, token))
         elif token.kind == "tag":
             if not items:
                 self.fail("no words before this tag; write it as in (red){color}", token.at)
@@ -92,6 +93,14 @@ class RhasspyParser(Parser):
             items.append(self._converted(items.pop(), self.take().text[1:], token.at))
         else:
             items.append(self.atom())
+
+    def _substituted(self, item: Expression, token: Token) -> Expression:
+        """Return words with the value that counts for them, as in `half:30` or `half:(30!int)`."""
+        value, *converters = token.text.strip(":()").split("!")
+        item = Tag(item, parse_value(" ".join(value.split())))
+        for converter in converters:
+            item = self._converted(item, converter.strip(), token.at)
+        return item
 
     def _slot(self, item: Expression, token: Token) -> Slot:
         match = _TAG.fullmatch(token.text)
@@ -109,21 +118,7 @@ class RhasspyParser(Parser):
         if converter not in CONVERTERS:
             known = ", ".join(CONVERTERS)
             self.fail(f"there is no converter {converter}; the converters are {known}", at)
-        if isinstance(item, Choice | Optional):
-            return with_children(item, lambda one: self._converted(one, converter, at))
-        if isinstance(item, Tag):
-            said, value = item.item, item.value
-        elif (text := plain_words(item)) is not None:
-            said, value = item, text
-        else:  # a list or a range has its numbers as such
-            return item
-        try:
-            converted = CONVERTERS[converter](value)
-        except (ValueError, OverflowError, KeyError):
-            converted = math.nan
-        if isinstance(converted, float) and not math.isfinite(converted):
-            self.fail(f'"{value}" cannot be converted by !{converter}; write another value', at)
-        return Tag(said, converted)
+        return _convert(item, converter, self.passage.place(at))
 
     def word(self, token: Token) -> Expression:
         """Check a word; it may be a range of numbers."""
@@ -140,6 +135,27 @@ class RhasspyParser(Parser):
         if token.kind == "list":
             return Reference("list", token.text[1:], place)
         return super().other(token)
+
+
+def _convert(item: Expression, converter: str, place: Location) -> Expression:
+    """Return what is said with its value converted; of a rule or list one of another name."""
+    if isinstance(item, Choice | Optional):
+        return with_children(item, lambda one: _convert(one, converter, place))
+    if isinstance(item, Reference):
+        return replace(item, name=f"{item.name}!{converter}")
+    if isinstance(item, Tag):
+        said, value = item.item, item.value
+    elif (text := plain_words(item)) is not None:
+        said, value = item, text
+    else:  # a range has its numbers as such
+        return item
+    try:
+        converted = CONVERTERS[converter](value)
+    except (ValueError, OverflowError, KeyError):
+        converted = math.nan
+    if isinstance(converted, float) and not math.isfinite(converted):
+        raise error_at(place, f'"{value}" cannot be converted by !{converter}; write another value')
+    return Tag(said, converted)
 
 
 def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSource:
@@ -161,13 +177,14 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
             _add(source, intent, passage, own.setdefault(intent, {}))
     faults.check()
     _use_names(source, own)
-    _add_lists(source, read_slots)
+    _add_named(source, read_slots)
     return source
 
 
 def _add(source: TemplateSource, intent: str, line: Passage, own: dict[DefinitionKey, str]) -> None:
     if match := _RHASSPY_RULE.match(line.text):
-        own["rule", match[1]] = f"{intent}.{match[1]}"
+        for form in ("", *(f"!{converter}" for converter in CONVERTERS)):
+            own["rule", match[1] + form] = f"{intent}.{match[1]}{form}"
         body = RhasspyParser(line.part(match.end())).parse()
         source.define("rule", f"{intent}.{match[1]}", body, line.place())
         return
@@ -190,16 +207,30 @@ def _use_names(source: TemplateSource, own: dict[str, dict[DefinitionKey, str]])
         source.definitions[kind, name] = type(definition)(body, definition.place)
 
 
-def _add_lists(source: TemplateSource, read_slots: ReadSlots) -> None:
-    """Read the lists that are named; a list may name others."""
+def _add_named(source: TemplateSource, read_slots: ReadSlots) -> None:
+    """Read the lists that are named, and convert lists and rules; a list may name others."""
     todo = [template.expression for template in source.templates]
     todo += [definition.expression for definition in source.definitions.values()]
+    converted, used = set(), set()
     for expression in todo:
         for found in references(expression):
-            if found.kind == "list" and ("list", found.name) not in source.definitions:
-                values, place = _list(found, read_slots)
-                source.define("list", found.name, values, place)
-                todo.append(values)
+            used.add((found.kind, found.name))
+            if (found.kind, found.name) in source.definitions:
+                continue
+            name, *converters = found.name.split("!")
+            if found.kind == "list":
+                values, place = _list(replace(found, name=name), read_slots)
+            elif converters and (rule := source.definitions.get(("rule", name))):
+                values, place = rule.expression, rule.place
+                converted.add((found.kind, name))
+            else:
+                continue
+            for converter in converters:
+                values = _convert(values, converter, found.place)
+            source.define(found.kind, found.name, values, place)
+            todo.append(values)
+    for key in converted - used:
+        del source.definitions[key]
 
 
 def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location]:

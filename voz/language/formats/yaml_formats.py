@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import NoReturn
 
@@ -48,12 +48,32 @@ class Yaml:
         if root is None:
             raise error_at(Location(name, 1), "is empty; write intents and their sentences")
         self.root = root
+        self.warnings = list(self._repeated_keys(root, set()))
 
     def _broken(self, error: yaml.MarkedYAMLError) -> NoReturn:
         mark = error.problem_mark
         line = min(mark.line, len(self._lines) - 1) if mark else 0
         place = Location(self.name, line + 1, mark.column + 1 if mark else 0, self._lines[line])
         raise error_at(place, f"invalid YAML: {error.problem or error.context}") from None
+
+    def _repeated_keys(self, node: yaml.Node, seen: set[int]) -> Iterator[str]:
+        """Report parts that are there twice; raise where they differ, as YAML takes the last."""
+        if id(node) in seen or isinstance(node, yaml.ScalarNode):
+            return
+        seen.add(id(node))
+        parts: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+        for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+            name = yaml.serialize(key)
+            if name in parts:
+                first, before = parts[name]
+                told = f'"{key.value}" is there twice (first in line {first.start_mark.line + 1})'
+                if yaml.serialize(before) != yaml.serialize(value):
+                    raise error_at(self.place(key), f"{told}; write what is in both into one")
+                yield f"{self.place(key)}: {told}"
+            parts[name] = (key, value)
+            yield from self._repeated_keys(value, seen)
+        for value in node.value if isinstance(node, yaml.SequenceNode) else ():
+            yield from self._repeated_keys(value, seen)
 
     def place(self, node: yaml.Node) -> Location:
         """Return where a part begins."""
@@ -109,6 +129,7 @@ class HassilNotation(Notation):
 def parse_hassil(text: Yaml) -> TemplateSource:
     """Parse a YAML file of hassil; raises CommandsError."""
     source, faults = TemplateSource(text.name, lenient=True, advice=HASSIL_ADVICE), Faults()
+    source.warnings += text.warnings
     parts = text.mapping(text.root, "intents, lists and expansion_rules")
     with faults:
         _definitions(text, source, parts, "")
@@ -315,6 +336,7 @@ RHINO_ADVICE = Advice(
 def parse_rhino(text: Yaml) -> TemplateSource:
     """Parse a YAML context of Rhino; raises CommandsError."""
     source = TemplateSource(text.name, lenient=True, advice=RHINO_ADVICE)
+    source.warnings += text.warnings
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")
     if "expressions" not in parts:

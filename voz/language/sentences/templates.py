@@ -19,6 +19,7 @@ from voz.language.sentences.expression import (
     Slot,
     Value,
     children,
+    choice,
     may_be_empty,
     references,
     with_children,
@@ -118,7 +119,8 @@ class TemplateSource:
         self.warnings += other.warnings
         self.left_out += other.left_out
         self.lenient |= other.lenient
-        self.skipped = self.skipped or other.skipped
+        skipped = [one.skipped for one in (self, other) if one.skipped]
+        self.skipped = choice(skipped) if skipped else None
         for (kind, name), definition in other.definitions.items():
             self.define(kind, name, definition.expression, definition.place, definition.unsupported)
 
@@ -161,7 +163,7 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
                 raise error_at(slot.place, f"{what}; rename one, as in {{{slot.name}:other}}")
             warnings.append(f"{slot.place}: {what} ({template.place}); the last one counts")
         if source.skipped:
-            may_be = Optional(resolver.resolved(source.skipped))
+            may_be = _up_to_two(resolver.resolved(source.skipped))
             expression = Concatenation((may_be, expression, may_be))
         templates.append(replace(template, expression=expression))
     summary = (
@@ -175,6 +177,11 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
                 f"{definition.place}: {kind} {reference_text(kind, name)} is never used; remove it"
             )
     return templates, tuple(warnings)
+
+
+def _up_to_two(words: Expression) -> Expression:
+    """Return what lets one or two of some words be said, as in `could you please`."""
+    return Optional(Concatenation((words, Optional(words))))
 
 
 def _note_names(source: TemplateSource, item: Expression, named: set[DefinitionKey]) -> None:

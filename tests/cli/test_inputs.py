@@ -110,6 +110,20 @@ INPUTS: Mapping[str, tuple[dict[str, File], tuple[Call, ...]]] = {
         {"a.gram": jsgf("public <fan> = (start | stop) the fan;\npublic <off> = off;")},
         (built("a.gram", 'a.gram: "fan": one command each'), meant("stop the fan", '"fan"')),
     ),
+    "tags within a rule": (
+        {
+            "a.gram": jsgf(
+                "public <do> = <go> | stop;\n"
+                "<go> = [run] [to the] (left {L} | right {R}) | (jump [up]) {UP} | home;"
+            )
+        },
+        (
+            built("a.gram", never=("one command each",)),
+            meant("run to the left", '"go"', '"go":"L"'),
+            meant("jump", '"go":"UP"'),
+            meant("home", '"go":"home"'),
+        ),
+    ),
     "a tag for several": (
         {"a.gram": jsgf("public <c> = (up | down) {move} | stop;")},
         (built("a.gram", 'a.gram: "move": one command each'),),
@@ -235,6 +249,14 @@ INPUTS: Mapping[str, tuple[dict[str, File], tuple[Call, ...]]] = {
             meant("go to attic", '"command":"Go"', '"where":"attic"'),
             meant("halt", '"command":"Do"'),
         ),
+    ),
+    "a keyword list by any name": (
+        {"a.txt": "hey ed /1e-10/\nPOWER OFF\t/1e-25/\nstop/1.0/\n"},
+        (built("a.txt"), meant("power off", '"power off"'), meant("stop", '"stop"')),
+    ),
+    "more alternatives than commands may be": (
+        {"a.gram": jsgf("public <code> = <d> <d> <d>;\n<d> = 0|1|2|3|4|5|6|7|8|9;")},
+        (refused("a.gram", "makes more than 500 commands; give all of it a tag, as in: (one"),),
     ),
     "weights": (
         {"a.gram": jsgf("public <c> = /7/ go [/2.5/ very | /1/ so] fast | /1e-2/ wait;")},

@@ -95,7 +95,7 @@ def compile_templates(source: TemplateSource) -> CompiledTemplates:
     if not written:
         raise CommandsError(f"{warnings[0]}; no other sentence is there")
     _check_sizes(written)
-    templates = by_commands(written)
+    templates = by_commands(written, source.advice)
     readers = [_reader(template) for template in templates]
     try:
         automaton, shared = join_readers(readers)

@@ -177,7 +177,9 @@ def has_known_ending(path: Path) -> bool:
 
 def is_templates(path: Path, data: bytes) -> bool:
     """Whether a file has more than plain sentences; a folder may have."""
-    return path.is_dir() or has_known_ending(path) or has_templates(data)
+    if path.is_dir() or has_known_ending(path) or has_templates(data):
+        return True
+    return bool(_THRESHOLD.search(data))
 
 
 def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
@@ -198,7 +200,7 @@ def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
 
 def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
     data = read[path] = read_user_file(path)
-    parse = PARSERS.get(path.suffix.lower(), _sentences)
+    parse = PARSERS.get(path.suffix.lower(), _keywords if _THRESHOLD.search(data) else _sentences)
     source = parse(data, shown_path(path), path, read)
     for name, place in source.imports:
         other = path.parent / name
@@ -260,7 +262,8 @@ def _keywords(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Te
     return replace(source, advice=Advice(sentence="write one keyphrase per line, as: stop /1e-20/"))
 
 
-_THRESHOLD = re.compile(rb"[ \t]*/[-+.0-9eE]*/[ \t]*$", re.MULTILINE)
+_THRESHOLD = re.compile(rb"[ \t]*/[0-9.]+([eE][-+]?[0-9]*)?/[ \t]*\r?$", re.MULTILINE)
+"""Keyword lists are also called `.list` or `.txt`."""
 
 
 def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:

@@ -1,9 +1,9 @@
 """Grammars in JSGF, https://www.w3.org/TR/jsgf/; pure.
 
-A rule whose alternatives have tags is a slot of its name, and the tags are its values. Of a file
-with one public rule each alternative is a command, which is called as the rule that it consists of
-or by its own words; of several public rules each is one. Weights are left out: every sentence is
-as likely as any other.
+What has tags in a rule is a slot of its name, and the tags are its values. Of a file with one
+public rule each alternative is a command, which is called as the rule that it consists of or by
+its own words; of several public rules each is one. Weights are left out: every sentence is as
+likely as any other.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from voz.language.sentences.expression import (
     Slot,
     Tag,
     children,
+    choice,
     concatenation,
     parse_value,
     references,
+    with_children,
 )
 from voz.language.sentences.templates import Advice, Template, TemplateSource
 from voz.language.sentences.text_lines import Faults, Location, Passage, error_at, numbered_lines
@@ -43,6 +45,7 @@ JSGF_ADVICE = Advice(
     rule="<NAME> = red | green;",
     list="<NAME> = red | green;",
     sentence="write rules, as in: public <command> = stop;",
+    name="give all of it a tag, as in: (one | two) {number}, or tags to what differs",
 )
 
 
@@ -66,9 +69,8 @@ class JsgfParser(Parser):
         if token.kind == "weight":
             self._weight(self.take())
         elif token.kind == "repeat":
-            self.fail(
-                f'"{token.text}" repeats without end; write out how often, as in a | a a', token.at
-            )
+            how = "a | a a" if token.text == "+" else "[a | a a]"
+            self.fail(f'"{token.text}" repeats without end; write out how often: {how}', token.at)
         elif token.kind == "tag":
             if not items:
                 self.fail("no words before this tag", token.at)
@@ -144,19 +146,30 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
 
 def _is_of_many(source: TemplateSource, template: Template) -> bool:
     """Whether a command has alternatives that are in no slot."""
-    todo = [template.expression] if template.command is not None else []
-    seen = set()
-    for item in todo:
-        if isinstance(item, Choice) and not item.synonyms and len(set(item.items) - {NO_WORDS}) > 1:
-            return True
-        if isinstance(item, Reference):
-            rule = source.definitions.get(("rule", item.name))
-            if rule and item.name not in seen:
-                todo.append(rule.expression)
-            seen.add(item.name)
-        elif not isinstance(item, Optional | Slot):
-            todo += children(item)
-    return False
+    if template.command is None:
+        return False
+    choices = [one for one in _parts(source, template.expression) if isinstance(one, Choice)]
+    return any(not one.synonyms and _are_untold(source, one) for one in choices)
+
+
+def _are_untold(source: TemplateSource, choices: Choice) -> bool:
+    """Whether two or more alternatives have no slot."""
+    each = (_parts(source, one) for one in {*choices.items} - {NO_WORDS})
+    return sum(not any(isinstance(part, Slot) for part in parts) for parts in each) > 1
+
+
+def _parts(source: TemplateSource, item: Expression) -> list[Expression]:
+    """List an expression and all in it and in the rules that it names, but not in slots."""
+    parts, seen = [item], set()
+    for part in parts:  # grows
+        if isinstance(part, Reference):
+            rule = source.definitions.get(("rule", part.name))
+            if rule and part.name not in seen:
+                parts.append(rule.expression)
+            seen.add(part.name)
+        elif not isinstance(part, Optional | Slot):
+            parts += children(part)
+    return parts
 
 
 def _part(whole: Passage, start: int, end: int) -> Passage:
@@ -164,10 +177,28 @@ def _part(whole: Passage, start: int, end: int) -> Passage:
     return Passage(whole.file, place.line, place.column - 1, whole.text[start:end], place.text)
 
 
-def _slot(name: str, body: Expression, place: Location) -> Expression:
-    alternatives = body.items if isinstance(body, Choice) else (body,)
-    tagged = any(isinstance(one, Tag) for one in alternatives)
-    return Slot(name, body, place) if tagged else body
+def _slot(name: str, item: Expression, place: Location) -> Expression:
+    """Put what has tags into slots of the rule's name; the tags are their values."""
+    if not _has_tag(item):
+        return item
+    if isinstance(item, Tag) or (isinstance(item, Choice) and not any(map(_holds_tag, item.items))):
+        return Slot(name, item, place)
+    if isinstance(item, Choice):  # beside alternatives with tags the words of others are values
+        return choice(
+            [
+                _slot(name, one, place) if _has_tag(one) else Slot(name, one, place)
+                for one in item.items
+            ]
+        )
+    return with_children(item, lambda one: _slot(name, one, place))
+
+
+def _has_tag(item: Expression) -> bool:
+    return isinstance(item, Tag) or _holds_tag(item)
+
+
+def _holds_tag(item: Expression) -> bool:
+    return not isinstance(item, Tag) and any(map(_has_tag, children(item)))
 
 
 def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Location]]) -> None:
@@ -184,4 +215,4 @@ def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Loca
             command = one.name if isinstance(one, Reference) else None
             if isinstance(one, Tag):
                 command, one = str(one.value), one.item
-            source.templates.append(Template(command, one, place))
+            source.templates.append(Template(command, _slot(name, one, place), place))

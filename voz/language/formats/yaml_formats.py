@@ -117,6 +117,7 @@ HASSIL_ADVICE = Advice(
     rule='expansion_rules: {NAME: "would you | please"}',
     list="lists: {NAME: {values: [red, green]}}",
     sentence="write intents and their sentences",
+    name="make it an intent, or write what differs as a list, as in {color}",
 )
 
 

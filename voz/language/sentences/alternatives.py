@@ -20,27 +20,26 @@ from voz.language.sentences.expression import (
     may_be_empty,
     numbers_in,
 )
-from voz.language.sentences.templates import Template
+from voz.language.sentences.templates import Advice, Template
 from voz.language.sentences.text_lines import error_at
 
 MAX_COMMANDS_OF_TEMPLATE = 500
 """More alternatives are a slot, or have a name that the user forgot."""
 
 
-def by_commands(templates: Iterable[Template]) -> list[Template]:
+def by_commands(templates: Iterable[Template], advice: Advice) -> list[Template]:
     """Split each template without a name into those of its commands; raises CommandsError."""
-    return [one for template in templates for one in _commands(template)]
+    return [one for template in templates for one in _commands(template, advice)]
 
 
-def _commands(template: Template) -> list[Template]:
+def _commands(template: Template, advice: Advice) -> list[Template]:
     if template.command is not None:
         return [template]
     each = list(islice(_meanings(template.expression), MAX_COMMANDS_OF_TEMPLATE + 1))
     if len(each) > MAX_COMMANDS_OF_TEMPLATE:
         raise error_at(
             template.place,
-            f"makes more than {MAX_COMMANDS_OF_TEMPLATE} commands; give it a name, as in "
-            "NAME: ..., or write what differs as a slot, as in {color}",
+            f"makes more than {MAX_COMMANDS_OF_TEMPLATE} commands; {advice.name}",
         )
     return [replace(template, expression=one) for one in each]
 

@@ -62,6 +62,7 @@ class Advice(NamedTuple):
     rule: str = "<NAME> = would you | please"
     list: str = "NAME = red | green"
     sentence: str = "write one sentence per line"
+    name: str = "give it a name, as in NAME: ..., or write what differs as a slot, as in {color}"
 
 
 VOZ_ADVICE = Advice()
@@ -176,7 +177,7 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
             warnings.append(
                 f"{definition.place}: {kind} {reference_text(kind, name)} is never used; remove it"
             )
-    return templates, tuple(warnings)
+    return templates, tuple(dict.fromkeys(warnings))
 
 
 def _up_to_two(words: Expression) -> Expression:

@@ -11,8 +11,8 @@ from voz.language.compile_templates import compile_templates
 from voz.language.formats.command_list import (
     is_templates,
     parse_commands,
+    read_file_or_names,
     read_templates,
-    read_user_file,
 )
 from voz.language.sentences.expression import (
     Choice,
@@ -61,7 +61,7 @@ def read_patterns(path: Path) -> list[Pattern]:
     Raises:
         CommandsError: the list cannot be used.
     """
-    data = read_user_file(path)
+    data = read_file_or_names(path)
     if not is_templates(path, data):
         return [Pattern(text, text) for text in parse_commands(data, str(path)).sentences]
     source, _ = read_templates(path)
@@ -121,4 +121,6 @@ def _alternatives(item: Expression) -> Iterator[Expression]:
 
 def _range_text(numbers: NumberRange) -> str:
     first, last, step = map(plain_number, (numbers.first, numbers.last, numbers.step))
+    if first == last:
+        return str(first)
     return f"{first} to {last}" + (f", by {step}" if step != 1 else "")

@@ -110,13 +110,15 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
         raise ConfigError('`name` and `ask` of [recognition] need search = "grammar"')
     if name and (name in language.commands or language.commands.has_continuation(name)):
         raise ConfigError(f'{SETTING}: a command is or begins with "{name}"; give another name')
-    from voz.language.command_source import pronounce_words  # builds lists, which most runs do not
+    # These build lists, which most runs do not.
+    from voz.language.command_source import pronounce_words
+    from voz.language.formats.command_list import folder_of
 
     known = spellings(language.dictionary)
     places = {word: SETTING for word in (*name.split(), YES, NO) if word not in known}
     sources = list_sources(language.files)
     try:
-        entries = pronounce_words(sources[0].parent if sources else None, places)
+        entries = pronounce_words(folder_of(sources[0]) if sources else None, places)
     except CommandsError as error:
         raise ConfigError(str(error)) from None
     more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}

@@ -88,6 +88,12 @@ def test_a_pattern_leaves_out_what_may_be_left_out_and_names_its_slots(
     assert turn.values["angle"] == ("5 to 180, by 5",)
 
 
+def test_a_folder_is_read_and_a_number_is_no_range(tmp_path: Path) -> None:
+    (tmp_path / "a.ini").write_text("[Go]\ngo 2 steps\n")
+    (tmp_path / "b.yaml").write_text("sentences: [stop]\n")
+    assert [one.text for one in read_patterns(tmp_path)] == ["go 2 steps", "stop"]
+
+
 def test_of_very_many_values_some_are_named(tmp_path: Path) -> None:
     letters = " | ".join(f"{one} {two}" for one in "abcde" for two in "abcdef")
     (tmp_path / "list.txt").write_text(f"go to {{place}}\n\nplace = {letters}\n")

@@ -258,6 +258,10 @@ INPUTS: Mapping[str, tuple[dict[str, File], tuple[Call, ...]]] = {
         {"a.gram": jsgf("public <code> = <d> <d> <d>;\n<d> = 0|1|2|3|4|5|6|7|8|9;")},
         (refused("a.gram", "makes more than 500 commands; give all of it a tag, as in: (one"),),
     ),
+    "a header without its end": (
+        {"a.gram": "#JSGF V1.0;\ngrammar lamp\npublic <c> = on;\n"},
+        (refused("a.gram", 'a.gram:2:12: write ";" at the end of this line'),),
+    ),
     "weights": (
         {"a.gram": jsgf("public <c> = /7/ go [/2.5/ very | /1/ so] fast | /1e-2/ wait;")},
         (built("a.gram"), meant("go very fast", '"go fast"'), meant("wait", '"wait"')),

@@ -32,7 +32,7 @@ from voz.language.sentences.text_lines import Faults, Location, Passage, error_a
 _TAG = r"\{(?:\\.|[^{}\\])*\}"
 _QUOTED = r"\"[^\"]*\""
 _COMMENT = re.compile(rf"({_TAG}|{_QUOTED})|//[^\n]*|/\*.*?\*/", re.DOTALL)
-_HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
+_HEADER = re.compile(r"\s*(?:#JSGF[^;\n]*(;?))?\s*(?:grammar\s+([\w.-]+)[^\S\n]*(;?))?")
 _VISIBLE = re.compile(r"\S")
 _IMPORT = re.compile(r"\s*import\b")
 _HEAD = r"(public\s+)?<([^<>\s]+)>\s*="
@@ -110,7 +110,10 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     text = _COMMENT.sub(lambda found: found[1] or re.sub(r"[^\n]", " ", found.group()), text)
     whole = Passage(name, 1, 0, text)
     header = _HEADER.match(text)
-    at, grammar = (header.end(), header[1] or "") if header else (0, "")
+    at, grammar = (header.end(), header[2] or "") if header else (0, "")
+    for ends in (1, 3):
+        if header and header[ends] == "":
+            raise error_at(whole.place(header.start(ends) - 1), 'write ";" at the end of this line')
     source = TemplateSource(name, lenient=True, advice=JSGF_ADVICE)
     public: list[tuple[str, Expression, Location]] = []
     faults = Faults()

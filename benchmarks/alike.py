@@ -1,16 +1,17 @@
 """Whether commands that `voz build-lm` warns of are mixed up more than others.
 
 Run `python benchmarks/alike.py MANIFEST...`: what is said in at least `--least` recordings becomes
-one list; each recording is decoded as it is and in white noise. Prints how many recordings of the
-two commands of a pair are taken for the other one, or are not taken as it may be either, by how
-alike they sound, and what `confusion_rate` says.
+one list; each recording is decoded in white noise. Prints how many recordings of the two commands
+of a pair are taken for the other one, or are not taken as it may be either, by how alike they
+sound, and what `confusion_rate` says. Half of the speakers fit its scale at `FITTED_SNR`, and the
+other half is to prove it.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +20,7 @@ from typing import Annotated, TypeAlias
 import numpy as np
 import typer
 from machine import machine, one_line_errors
-from mixing import NOISES, noisy
+from mixing import noisy
 
 from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import Clip, read_manifest
@@ -36,6 +37,11 @@ from voz.settings import Recognition
 BOUNDS = (1.01, WARNING_SIMILARITY, 0.82, 0.77, 0.72, 0.65)
 """Of the classes of similarity; from the second up there is a warning."""
 
+
+NOISES = (5, 0)
+"""Signal to noise, dB; with less noise hardly anything is mixed up."""
+
+FITTED_SNR = 0
 
 SPOKEN = re.compile(r"[a-z']+( [a-z']+)*")
 
@@ -89,8 +95,10 @@ def main(
     """Decode, and print the tables."""
     clips = chosen([c for path in manifests for c in read_manifest(path)], least, most)
     texts = list(dict.fromkeys(clip.text for clip in clips))
-    said = Counter(clip.text for clip in clips)
-    found = {snr: Counter[Outcome]() for snr in NOISES}
+    halves = ("fit", "proof")
+    half = {name: halves[n % 2] for n, name in enumerate(sorted({c.speaker for c in clips}))}
+    said = {each: Counter(c.text for c in clips if half[c.speaker] == each) for each in halves}
+    found = {(each, snr): Counter[Outcome]() for each in halves for snr in NOISES}
     chance = np.random.default_rng(0)
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -100,28 +108,54 @@ def main(
         recognizer = Recognizer(LanguageFiles(folder), Recognition())
         for clip in with_bar(clips, "decoding"):
             samples = np.concatenate(list(read_blocks(clip.path)))
-            for snr, counted in found.items():
-                counted[outcome(recognizer, clip.text, noisy(samples, snr, chance))] += 1
+            for snr in NOISES:
+                came = outcome(recognizer, clip.text, noisy(samples, snr, chance))
+                found[half[clip.speaker], snr][came] += 1
     phones = {word: entry.phones for word, entry in source.entries.items()}
     pairs = find_similar(texts, phones, at_least=BOUNDS[-1])
     print(f"{machine()}\n{len(texts)} commands, {len(clips)} recordings\n")
-    for snr, counted in found.items():
+    for (each, snr), counted in found.items():
         outcomes = Counter[str]()
         for (what, _), number in counted.items():
             outcomes[what] += number
         told = ", ".join(f"{what} {outcomes[what]}" for what in (RIGHT, MIXED, DOUBTED, REFUSED))
-        print(f"\n{'quiet' if snr is None else f'{snr} dB'}: {told}\n")
+        print(f"\n{each}, {snr} dB: {told}\n")
         print("| alike | pairs | recordings | mixed up | unsure | in 100 | told, in 100 |")
         print("|---|---|---|---|---|---|---|")
         for upper, lower in pairwise(BOUNDS):
             here = [p for p in pairs if lower <= p.similarity < upper]
-            rate = 100 * float(np.mean([confusion_rate(p.similarity) for p in here] or [0]))
-            print(f"| {lower:.2f} | {len(here)} | {row(here, said, counted)} | {rate:.1f} |")
-        for pair in pairs[:10]:
-            print(
-                f"| {pair.first} / {pair.second} | {pair.similarity:.2f} | "
-                f"{row([pair], said, counted)} | |"
-            )
+            rate = 100 * mean_rate(here, said[each], confusion_rate)
+            print(f"| {lower:.2f} | {len(here)} | {row(here, said[each], counted)} | {rate:.1f} |")
+    scale = fitted_scale(pairs, said["fit"], found["fit", FITTED_SNR])
+    print(f"\nscale by the first half of the speakers at {FITTED_SNR} dB: {scale:.1f}")
+
+
+Rate: TypeAlias = Callable[[float], float]
+"""Gives how often a command is mixed up with one that sounds so much alike."""
+
+
+def mean_rate(pairs: Sequence[SimilarPair], said: Counter[str], rate: Rate) -> float:
+    """Return the mean rate of all recordings of pairs."""
+    recordings = [said[p.first] + said[p.second] for p in pairs]
+    if not sum(recordings):
+        return 0.0
+    return float(np.average([rate(p.similarity) for p in pairs], weights=recordings))
+
+
+def fitted_scale(
+    pairs: Sequence[SimilarPair], said: Counter[str], found: Counter[Outcome]
+) -> float:
+    """Return the scale by which what was mixed up, or in doubt, is likeliest."""
+    recordings = np.array([said[p.first] + said[p.second] for p in pairs])
+    both = [frozenset((p.first, p.second)) for p in pairs]
+    wrong = np.array([found[MIXED, pair] + found[DOUBTED, pair] for pair in both])
+    apart = np.sqrt(1 - np.array([p.similarity for p in pairs]))
+
+    def likelihood(scale: float) -> float:
+        rate = 0.5 * np.exp(-scale * apart)
+        return float(np.sum(wrong * np.log(rate) - recordings * rate))
+
+    return float(max(np.arange(5, 20, 0.1), key=likelihood))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How often commands are mixed up, by how alike they sound: measures `confusion_rate`.
+"""How often commands are mixed up, by how alike they sound, where nothing is refused.
 
 Run `python benchmarks/mixing.py audio_fixtures/manifest.tsv`. Each command is heard as it is and in
 white noise, and every other command of the list is its rival.

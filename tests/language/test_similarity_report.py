@@ -33,7 +33,7 @@ def pair(first: str, second: str, alike: float = 0.9) -> SimilarPair:
 def test_a_warning_says_which_pair_how_alike_why_and_what_to_do():
     assert similarity_warnings([pair("start speech", "stop speech")]) == (
         '"start speech" and "stop speech" sound alike '
-        "(0.90: R T / P differ; 13 in 100 are mixed up in noise); "
+        "(0.90: R T / P differ; 1 in 100 are mixed up in noise); "
         'use another word for one, best in "stop speech"',
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from voz.language.similarity import SimilarPair, differing_sets
 
 WARNING_SIMILARITY = 0.88
-"""Pairs from here on are warned of: some 10 in 100 are mixed up in noise."""
+"""Pairs from here on are warned of: 1 in 100 or more are mixed up in noise as loud as the voice."""
 
 MAX_COMPARED_COMMANDS = 100
 """Of more, a sample is compared: 100 take a second, and time is quadratic."""
@@ -19,7 +19,7 @@ LONG_SENTENCE_WORDS = 3
 MAX_REPORT_LINES = 10
 """The worst come first."""
 
-STEEPNESS = 13.3
+STEEPNESS = 11.1
 """See `confusion_rate`."""
 
 NEVER_REWORDED = frozenset({"stop"})
@@ -53,9 +53,10 @@ def similarity_warnings(
 def confusion_rate(alike: float) -> float:
     """Estimate how often a command is taken for another in noise, from their similarity.
 
-    Fitted by `benchmarks/mixing.py` in white noise at 5 dB.
+    Fitted by `benchmarks/alike.py` in white noise as loud as the voice, where the recognizer may
+    also refuse; the two of a pair that sounds the same are taken for each other half the time.
     """
-    return 0.5 * math.exp(-STEEPNESS * (1 - alike))
+    return 0.5 * math.exp(-STEEPNESS * math.sqrt(1 - alike))
 
 
 def rate_in_words(alike: float) -> str:

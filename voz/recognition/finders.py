@@ -120,7 +120,7 @@ class NetworkFinder:
         proposed = self._decoder.decode(sound, mean_start(sound))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
-        likelihoods = self._network.phone_likelihoods(segment.with_surroundings)
+        likelihoods = self._phones_in(segment)
         name = self._find_name(segment, likelihoods)
         offset = name.end if name else _earliest_begin(segment)
         heard = self._heard_from(offset, likelihoods, proposed, answers)
@@ -160,8 +160,12 @@ class NetworkFinder:
 
     def hears_name(self, segment: Segment) -> bool:
         """Whether the robot's name is in a segment; costs less than to understand it."""
-        likelihoods = self._network.phone_likelihoods(segment.with_surroundings)
-        return self._find_name(segment, likelihoods) is not None
+        return self._find_name(segment, self._phones_in(segment)) is not None
+
+    def _phones_in(self, segment: Segment) -> PhoneLikelihoods:
+        if self._search:  # its sentences may be long
+            return self._network.phones_of_sentence(segment.with_surroundings)
+        return self._network.phone_likelihoods(segment.with_surroundings)
 
     def _find_name(
         self, segment: Segment, likelihoods: PhoneLikelihoods, alone: bool = False

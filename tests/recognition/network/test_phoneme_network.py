@@ -18,7 +18,9 @@ from voz.recognition.network.phoneme_network import (
     BLANK_SYMBOLS,
     DEFAULT_NETWORK,
     DESCRIPTION,
+    LONGEST_WINDOW,
     MAX_NETWORK_BYTES,
+    MOMENT,
     SHORTEST,
     PhonemeNetwork,
     UnknownNetworkError,
@@ -45,6 +47,23 @@ def test_it_hears_the_phonemes_of_a_word(
 
 def test_what_is_short_is_filled_up(network: PhonemeNetwork) -> None:
     assert len(network.log_probabilities(np.zeros(10, np.int16))) == SHORTEST // 320 + 1
+
+
+def test_a_long_sound_is_heard_in_windows_each_in_its_place(
+    network: PhonemeNetwork, recordings: list[Recording]
+) -> None:
+    said = next(r for r in recordings if r.text == "stop" and r.voice == "festival_slt").samples()
+    for samples in (said[:0], said, said[:LONGEST_WINDOW]):
+        short = network.log_probabilities(samples)
+        assert np.array_equal(network.log_probabilities_in_windows(samples), short)
+    for times in (3, 4, 7):
+        samples = np.tile(said, times)[: -50 * times]
+        found = network.log_probabilities_in_windows(samples)
+        assert len(found) == len(network.log_probabilities(samples))
+        best = found.argmax(axis=1)
+        stops = np.flatnonzero((best[1:] != best[:-1]) & (best[1:] == network.symbols.index("p")))
+        assert len(stops) == times
+        assert np.abs(np.diff(stops) * MOMENT - len(said)).max() <= 2 * MOMENT
 
 
 def test_its_spectra_are_those_of_a_fourier_transform() -> None:

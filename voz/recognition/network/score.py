@@ -167,6 +167,11 @@ class PhonemeScorer:
         """Find the phones in samples of 16 kHz, not denoised."""
         return self._likelihoods(self._probabilities(samples))
 
+    def phones_of_sentence(self, samples: Samples) -> PhoneLikelihoods:
+        """Find the phones in samples of 16 kHz that may hold a long sentence, not denoised."""
+        found = self._network.log_probabilities_in_windows(samples)
+        return self._likelihoods(np.exp(found).astype(np.float64))
+
     def phones_over_playback(self, sound: Cleaned) -> PhoneLikelihoods:
         """Find the phones in sound that was cleaned of playback.
 

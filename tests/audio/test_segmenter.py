@@ -41,6 +41,18 @@ def test_each_command_of_a_long_recording_is_a_segment(session: Recording) -> No
     assert len(segments_of(session.samples())) == len(session.commands)
 
 
+def test_two_segments_are_joined_with_the_pause_between_them(session: Recording) -> None:
+    samples = session.samples()
+    kept = Segmenter(before=2 * SAMPLE_RATE)
+    first, second = [s for s in kept.feed(samples) if isinstance(s, Segment)][:2]
+    whole = first.joined(second)
+    assert (whole.start, whole.end, whole.decided) == (first.start, second.end, second.decided)
+    start, end = round(first.start * SAMPLE_RATE), round(second.end * SAMPLE_RATE)
+    assert np.array_equal(whole.samples, samples[start:end])
+    assert np.array_equal(whole.before, first.before)
+    assert np.array_equal(whole.after, second.after)
+
+
 @pytest.mark.parametrize("block", [1, 333, 4801, 10**9])
 def test_the_size_of_the_blocks_does_not_matter(block: int, session: Recording) -> None:
     samples = session.samples()[: 4 * SAMPLE_RATE]

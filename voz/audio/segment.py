@@ -89,6 +89,19 @@ class Segment(NamedTuple):
         """The samples with the sound before and after them."""
         return np.concatenate([self.before, self.samples, self.after])
 
+    def joined(self, other: Segment) -> Segment:
+        """This segment, the pause after it and the next one, whose `before` holds the pause."""
+        pause = round((other.start - self.end) * SAMPLE_RATE)
+        between = other.before[len(other.before) - pause :]
+        return other._replace(
+            start=self.start,
+            samples=np.concatenate([self.samples, between, other.samples]),
+            above=max(self.above, other.above),
+            voices=self.voices,
+            within_talk=self.within_talk,
+            before=self.before,
+        )
+
 
 @dataclass(frozen=True)
 class Quiet:

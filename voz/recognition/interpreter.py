@@ -9,7 +9,8 @@ from typing import Annotated
 import msgspec
 from msgspec.structs import replace
 
-from voz.audio.segment import CONTEXT_SAMPLES, MAX_WORD_SECONDS, Segment
+from voz.audio import Samples
+from voz.audio.segment import CONTEXT_SAMPLES, MAX_PAUSE_SAMPLES, MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
 from voz.events import Alternative, PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands
@@ -21,7 +22,7 @@ from voz.recognition.confidence import (
     probability,
     with_log_odds,
 )
-from voz.recognition.decision import Decision, DecisionRule, Hypothesis
+from voz.recognition.decision import Decision, DecisionRule, Hypothesis, is_too_close
 from voz.recognition.finders import MAX_COMPARED, CommandFinder, NetworkFinder, PocketsphinxFinder
 from voz.recognition.language import MAX_NEVER_MISSED, Language
 from voz.recognition.name import NAME_SAMPLES_BEFORE, advice_on_name
@@ -34,6 +35,10 @@ from voz.settings import Recognition
 
 PAUSE_ALLOWANCE = 2.0
 """Seconds that a command may take besides its words."""
+
+
+MIN_PHONES_OF_WORDS = 3
+"""Phones in a pause that may be the rest of a sentence, as `with`."""
 
 
 MAX_BEST = 100
@@ -56,6 +61,7 @@ class Interpreter:
     Attributes:
         longest: duration of the longest command, s.
         samples_before: samples that it needs from before each segment.
+        longest_pause: samples within a sentence that may be said in two segments; 0 if none may.
         rule: decides what is accepted.
         spotter: finds commands amid other sound; None without the network.
     """
@@ -80,6 +86,9 @@ class Interpreter:
         self._finder: CommandFinder = finder or PocketsphinxFinder(language, settings, self.model)
         self._name_finder = finder if settings.name else None
         self._name = settings.name
+        self._network = network
+        self._never_missed = frozenset(settings.never_missed)
+        self.longest_pause = MAX_PAUSE_SAMPLES if self.commands.have_slots else 0
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
         self._name_advice = (
             partial(advice_on_name, language, network, settings.name)
@@ -139,6 +148,25 @@ class Interpreter:
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""
         return bool(text) and (text == self._name or self.commands.has_continuation(text))
+
+    def may_be_continued(self, decision: Decision) -> bool:
+        """Whether what comes after a pause may belong to the same sentence."""
+        heard = decision.hypothesis
+        if decision.accepted:
+            return self.commands.may_be_extended(heard.text)
+        return is_too_close(heard.rival) and heard.rival.is_begun
+
+    def hears_words(self, samples: Samples) -> bool:
+        """Whether the network finds phones in samples of 16 kHz."""
+        if self._network is None:
+            return False
+        with self._lock:
+            return self._network.count_heard(samples) >= MIN_PHONES_OF_WORDS
+
+    def is_never_missed(self, decision: Decision) -> bool:
+        """Whether a command of `never_missed` was accepted."""
+        parse = self.commands.parse(decision.hypothesis.text)
+        return decision.accepted and parse is not None and parse.is_one_of(self._never_missed)
 
     def command_name(self, text: str) -> str | None:
         """The name of a sentence's command, if it is not the sentence itself."""

@@ -25,7 +25,8 @@ class Stream:
 
     A segment is understood at each pause. An accepted command is reported at once unless a longer
     one begins with it; else at the end of the segment, or, if it depends on what follows, when that
-    is known. A possible `stop` is reported before a pause.
+    is known. A sentence with slots that may go on waits for a second segment, and both are
+    understood as one. A possible `stop` is reported before a pause.
     """
 
     def __init__(
@@ -40,9 +41,11 @@ class Stream:
         self._spotting = spotting
         self._source = source
         self._details = details
-        self._segmenter = Segmenter(early, interpreter.longest, interpreter.samples_before)
+        self._before = interpreter.samples_before
+        kept = max(self._before, interpreter.longest_pause)
+        self._segmenter = Segmenter(early, interpreter.longest, kept)
         self._paused: Decision | None = None  # of the segment under way, up to its last pause
-        self._waiting: Decision | None = None  # hangs on what follows
+        self._waiting: Decision | None = None  # hangs on what follows, or may go on
         self._other: Segment | None = None  # speech just before that was no command
         self._name_until = 0.0  # where the robot's name ended that was reported last
         self._partial_text, self._partial_until = "", 0.0  # reported last, and not again before
@@ -72,6 +75,9 @@ class Stream:
             if self._spotting:
                 yield from self._spot(sound)
             return
+        if whole := self._continued(self._waiting, sound):
+            yield from self._take_whole(whole)
+            return
         if self._waiting:
             decision, self._waiting = self._settled(self._waiting, sound), None
             yield from self._report(decision, sound.decided)
@@ -84,7 +90,30 @@ class Stream:
     def _after_name(self, segment: Segment) -> Segment:
         """A segment without the name before it that was reported: it is heard once."""
         since = max(0, round((segment.start - self._name_until) * SAMPLE_RATE))
-        return segment._replace(before=segment.before[max(0, len(segment.before) - since) :])
+        kept = min(since, self._before)
+        return segment._replace(before=segment.before[max(0, len(segment.before) - kept) :])
+
+    def _continued(self, first: Decision | None, segment: SegmenterEvent) -> Decision | None:
+        """The decision about both as one sentence; None if the segment does not continue it."""
+        if first is None or not isinstance(segment, Segment):
+            return None
+        begun = first.hypothesis.segment
+        may_be_continued = self._interpreter.may_be_continued
+        if not (may_be_continued(first) and belong_together(begun, segment)):
+            return None
+        whole = self._decide(begun.joined(segment), first.context)
+        if not (whole.accepted or may_be_continued(whole)) or _words(whole) <= _words(first):
+            return None
+        alone = self._decide(self._after_name(segment), Context.QUIET)
+        return None if self._interpreter.is_never_missed(alone) else whole
+
+    def _take_whole(self, whole: Decision) -> Iterator[Utterance | Partial]:
+        """Report a sentence that went on after a pause, or wait for what follows."""
+        heard = whole.hypothesis
+        if heard.segment.over:
+            yield from self._finish(whole, heard.segment.decided)
+        elif whole.accepted:
+            yield from self._report_at_pause(whole)
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
         spotter = self._interpreter.spotter
@@ -102,25 +131,35 @@ class Stream:
         return self._interpreter.rule.decide(self._interpreter.understand(segment), context)
 
     def _pause(self, segment: Segment, context: Context) -> Iterator[Utterance | Partial]:
-        decision = self._paused = self._decide(segment, context)
-        if not decision.accepted:
-            return
+        self._paused = self._decide(segment, context)
+        if self._paused.accepted:
+            yield from self._report_at_pause(self._paused)
+
+    def _report_at_pause(self, decision: Decision) -> Iterator[Utterance | Partial]:
+        """Report an accepted command, as partial if what follows may change it."""
         heard = decision.hypothesis
+        decided = heard.segment.decided
         if decision.waits or self._interpreter.has_continuation(heard.text):
-            yield from self._partial(heard.text, heard.confidence, segment.decided)
+            yield from self._partial(heard.text, heard.confidence, decided)
         else:
             self._segmenter.cut()
-            self._paused = None
-            yield from self._report(decision, segment.decided)
+            self._paused = self._waiting = None
+            yield from self._report(decision, decided)
 
     def _over(self, segment: Segment, context: Context) -> Iterator[Utterance]:
         decision, self._paused = self._paused and self._paused.within(context), None
         if decision is None or self._has_more(segment, decision):
             decision = self._decide(segment, context)
-        if decision.waits or self._may_be_name(decision):
+        yield from self._finish(decision, segment.decided)
+
+    def _finish(self, decision: Decision, decided: float) -> Iterator[Utterance]:
+        """Report the decision about a segment that is over, or wait for what follows."""
+        may_go_on = self._interpreter.may_be_continued(decision)
+        if decision.waits or self._may_be_name(decision) or may_go_on:
             self._waiting = decision
         else:
-            yield from self._report(decision, segment.decided)
+            self._waiting = None
+            yield from self._report(decision, decided)
 
     def _has_more(self, segment: Segment, decision: Decision) -> bool:
         """Whether more was said since the pause, or a little more sound may change the decision."""
@@ -145,7 +184,17 @@ class Stream:
             longer = heard.segment._replace(decided=sound.decided, after=sound.samples)
             if self._interpreter.hears_name(longer):
                 return self._decide(longer, context)
-        return waiting.within(context)
+            if self._may_be_rest(waiting, sound):
+                more = self._decide(longer, context)
+                if _words(more) > _words(waiting):
+                    return more
+        # What was sure enough waited only for the rest of a sentence.
+        return waiting if waiting.accepted and not waiting.waits else waiting.within(context)
+
+    def _may_be_rest(self, waiting: Decision, quiet: Quiet) -> bool:
+        """Whether the rest of a sentence may be in sound that is too soft for a segment."""
+        may_go_on = self._interpreter.may_be_continued(waiting)
+        return may_go_on and self._interpreter.hears_words(quiet.samples)
 
     def _report(self, decision: Decision, decided: float) -> Iterator[Utterance]:
         heard = decision.hypothesis
@@ -158,6 +207,13 @@ class Stream:
                 self._name_until = heard.spoken_until
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
+
+
+def _words(decision: Decision) -> int:
+    """How many words were heard, of a sentence or of its beginning."""
+    heard = decision.hypothesis
+    is_begun = not decision.accepted and heard.rival is not None and heard.rival.is_begun
+    return len((heard.rival.text if heard.rival and is_begun else heard.text).split())
 
 
 def _between(one: Segment | None, other: SegmenterEvent) -> Context:

@@ -240,6 +240,28 @@ def test_the_sentences_of_a_command_are_found_the_shortest_first() -> None:
     assert commands.named(["go", "stop now", "fly"], 3) == ["go", "stop now"]
 
 
+@pytest.mark.parametrize(
+    ("text", "may_be"),
+    [
+        ("make coffee", True),
+        ("make coffee with milk", True),
+        ("make coffee with milk and sugar", False),
+        ("make coffee with", False),  # no sentence
+        ("turn to twenty", False),  # twenty-five is another number
+        ("go back", False),  # it has no slots
+        ("go back two meters", False),
+    ],
+)
+def test_a_sentence_may_be_extended_by_what_changes_none_of_its_slots(
+    text: str, may_be: bool
+) -> None:
+    commands = commands_of(
+        "make: make {drink} [with {more} [and {most}]]\ndrink = coffee | tea\nmore = milk\n"
+        "most = sugar\nturn to {angle: 5..90 by 5}\ngo back [{far: 1..3} meters]"
+    )
+    assert commands.may_be_extended(text) == may_be
+
+
 @given(st.sets(st.lists(WORD, min_size=1, max_size=4).map(" ".join), min_size=2))
 def test_all_that_differ_in_one_word_are_neighbors(sentences: set[str]) -> None:
     listed = sorted(sentences)

@@ -101,6 +101,11 @@ class Automaton:
                     found[word] = f"{way[state]} {word} {self._shortest(to)}".strip()
         return list(found.values())
 
+    def continuations(self, state: int) -> list[str]:
+        """Return a short end of a sentence for each word that may follow in a state."""
+        ends = ((word, self._shortest(to)) for word, to in self.arcs[state].items())
+        return [f"{word} {rest}".strip() for word, rest in ends]
+
     def _shortest(self, state: int) -> str:
         words = list[str]()
         while self.labels[state] == NO_LABEL:

@@ -268,6 +268,17 @@ class Commands(Collection[str]):
         state = self.automaton.walk(text.split())
         return state is not None and bool(self.automaton.arcs[state])
 
+    def may_be_extended(self, text: str) -> bool:
+        """Whether a longer sentence adds something to the slots of this one, and changes none."""
+        said, state = self.parse(text), self.automaton.walk(text.split())
+        if said is None or not said.slots or state is None:
+            return False
+        longer = (self.parse(f"{text} {rest}") for rest in self.automaton.continuations(state))
+        return any(
+            more and more.command == said.command and more.slots.items() >= said.slots.items()
+            for more in longer
+        )
+
     def is_typed_prefix(self, text: str) -> bool:
         """Whether a longer sentence begins with a typed text, perhaps with digits."""
         return bool(words := spoken_forms(text)) and any(

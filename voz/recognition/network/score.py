@@ -172,6 +172,11 @@ class PhonemeScorer:
         found = self._network.log_probabilities_in_windows(samples)
         return self._likelihoods(np.exp(found).astype(np.float64))
 
+    def count_heard(self, samples: Samples) -> int:
+        """Count the phones that are the likeliest symbols somewhere in samples of 16 kHz."""
+        penalties = self.phone_likelihoods(samples).begin_penalties
+        return round(float(penalties[-1]) / PENALTY_PER_OTHER_PHONE)
+
     def phones_over_playback(self, sound: Cleaned) -> PhoneLikelihoods:
         """Find the phones in sound that was cleaned of playback.
 

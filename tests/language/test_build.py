@@ -26,7 +26,7 @@ from voz.language.language_files import (
 )
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
-ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "source", "sha256")
+ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "source", "rivals", "sha256")
 NAMES = [f"comandos_voz.{end}" for end in ENDS]
 
 

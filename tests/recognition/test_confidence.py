@@ -15,6 +15,7 @@ from voz.language.phone_distances import read_distances
 from voz.recognition.confidence import (
     NOISE_VOICE,
     POCKETSPHINX_FEATURES,
+    RIVAL_LEAD,
     SCORE,
     SOFT_SPEECH_VOICE,
     SPEECH_VOICE,
@@ -28,6 +29,7 @@ from voz.recognition.confidence import (
     load_models,
     miss_rate_at,
     multiply_odds,
+    own_word_probability,
     probability,
     save_models,
     speech_probability,
@@ -220,3 +222,12 @@ def test_what_comes_with_voz_tells_what_it_costs(model: Model) -> None:
     missed = [cost.missed for cost in model.costs]
     assert missed == sorted(missed, reverse=True)
     assert missed[0] > missed[-1]
+
+
+def test_the_further_a_rival_word_is_ahead_the_less_was_the_command_said() -> None:
+    leads = [-math.inf, -20.0, 0.0, 1.5, RIVAL_LEAD, 4.0, math.inf]
+    likely = [own_word_probability(lead) for lead in leads]
+    assert likely == sorted(likely, reverse=True)
+    assert likely[0] == own_word_probability(None) == 1
+    assert likely[leads.index(RIVAL_LEAD)] == 0.5
+    assert likely[-1] < 1e-300

@@ -131,6 +131,16 @@ def test_no_word_ends_later_than_what_was_heard(
         assert heard.spoken_until <= end
 
 
+def test_what_is_one_phone_away_from_a_command_is_less_likely_than_the_command(
+    network_finder: NetworkFinder, cut: dict[str, Segment], tmp_path: Path
+) -> None:
+    neighbor = finder(built(["go bag", "stop"], tmp_path))
+    heard = understood(neighbor, cut["go back"])
+    assert heard.text == "go bag"
+    assert heard.features[SCORE] > 8
+    assert heard.probability < 0.5 < understood(network_finder, cut["go back"]).probability
+
+
 def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
     cut: dict[str, Segment], tmp_path: Path
 ) -> None:

@@ -43,7 +43,7 @@ from voz.recognition.network.ctc import Floats, lattice
 from voz.recognition.network.score import PhonemeScorer, scorer_for
 from voz.recognition.profiles import Profile
 from voz.recognition.thresholds import NAME_THRESHOLD
-from voz.settings import Recognition
+from voz.settings import Ask, Recognition
 
 PHONES, BLANK = 3, 3
 ZERO = LEAST_LIKELY / 2
@@ -389,14 +389,14 @@ def test_answers_are_understood_while_they_are_expected(named: Recognizer) -> No
     assert heard(named, "back") == []
 
 
-def test_what_it_may_be_is_told_only_where_the_robot_asks(
-    named: Recognizer, recognizer: Recognizer
-) -> None:
-    for asking in (named, recognizer):
-        (unsure,) = asking.decode(amid_silence("bold ham"), SAMPLE_RATE)
-        assert not unsure.accepted
-        expected = (voz.PossibleCommand("fold arm", "fold arm"),) if asking is named else ()
-        assert unsure.perhaps == expected
+@pytest.mark.parametrize("ask", ["never", "always"])
+def test_what_it_may_be_is_told_only_where_the_robot_asks(ask: Ask) -> None:
+    settings = voz.Recognition(ask=ask, threshold=0.7)
+    recognizer = Recognizer(LanguageFiles(PACKAGED_FOLDER), settings)
+    (unsure,) = recognizer.decode(amid_silence("turn it left"), SAMPLE_RATE)
+    assert not unsure.accepted
+    expected = (voz.PossibleCommand("turn left", "turn left"),) if ask == "always" else ()
+    assert unsure.perhaps == expected
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,9 @@ from voz.language.pronunciation import (
     GUESSES,
     LexiconEntry,
     dictionary_entries,
+    read_cmudict,
 )
+from voz.language.rival_words import Rivals, encode_rivals, find_rivals
 from voz.language.sentences.command_set import encode_commands
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, summarize_warnings
 from voz.language.similarity_report import similarity_warnings
@@ -98,6 +100,7 @@ def generate(
     templates: str | None = None,
     spoken: str | None = None,
     plain_source: str | None = None,
+    rivals: Rivals | None = None,
 ) -> dict[str, str]:
     """Generate the contents of all language files, by file name; deterministic, no I/O.
 
@@ -108,6 +111,7 @@ def generate(
         templates: compiled templates as text; None for a plain list.
         spoken: the language as text; None for English.
         plain_source: where the list is as text, if it is plain and not beside the files.
+        rivals: what sounds much like its words; None if that is not known.
     """
     files = LanguageFiles(Path())
     log = (f"{word}\t{e.origin}\t{phones}" for word, e in entries.items() for phones in e.phones)
@@ -125,6 +129,8 @@ def generate(
         contents[files.spoken] = spoken
     if plain_source is not None:
         contents[files.source] = plain_source
+    if rivals is not None:
+        contents[files.rival_words] = encode_rivals(rivals)
     named = {path.name: text for path, text in contents.items()}
     return {**named, files.fingerprint.name: fingerprint(named)}
 
@@ -135,11 +141,12 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
         os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
         for path, data in source.files_read.items()
     }
+    rivals = None if source.spoken else _rivals(source.entries)
     if source.compiled is None:
         elsewhere = sources and LanguageFiles(out).commands.name not in sources
         where = f"{msgspec.json.encode(sources).decode()}\n" if elsewhere else None
         listed = source.commands.listed
-        return generate(listed, source.entries, spoken=spoken, plain_source=where)
+        return generate(listed, source.entries, spoken=spoken, plain_source=where, rivals=rivals)
     commands, templates = source.commands, source.compiled.templates
     grammar = (
         None if commands.can_be_listed else structured_jsgf([one.expression for one in templates])
@@ -150,7 +157,12 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
         grammar=grammar,
         templates=encode_commands(commands, sources),
         spoken=spoken,
+        rivals=rivals,
     )
+
+
+def _rivals(entries: Mapping[str, LexiconEntry]) -> Rivals:
+    return find_rivals({word: entry.phones for word, entry in entries.items()}, read_cmudict())
 
 
 def _as_json(spoken: LanguageInfo, out: Path) -> str:

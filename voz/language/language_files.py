@@ -21,6 +21,7 @@ from voz.language.formats.command_list import parse_commands, read_file_or_names
 from voz.language.grammar import jsgf
 from voz.language.ngram import check_arpa
 from voz.language.pronunciation import PHONES
+from voz.language.rival_words import Rivals, decode_rivals
 from voz.language.sentences.command_set import (
     Commands,
     StoredCommands,
@@ -98,9 +99,14 @@ class LanguageFiles:
         return self.folder / f"{FILE_STEM}.source"
 
     @property
+    def rival_words(self) -> Path:
+        """Words that sound much like those of the list; missing for other languages."""
+        return self.folder / f"{FILE_STEM}.rivals"
+
+    @property
     def optional(self) -> tuple[Path, ...]:
         """All that is generated from some lists only."""
-        return (self.templates, self.spoken, self.source)
+        return (self.templates, self.spoken, self.source, self.rival_words)
 
     @property
     def generated(self) -> tuple[Path, ...]:
@@ -204,6 +210,18 @@ def read_language_info(files: LanguageFiles) -> LanguageInfo:
     if not files.spoken.exists():
         return english()
     return read_json(files.spoken, LanguageInfo, LanguageError, REBUILD_ADVICE)
+
+
+def read_rival_words(files: LanguageFiles) -> Rivals:
+    """Read what sounds much like the words of the list, if that is known; raises LanguageError."""
+    if not files.rival_words.exists():
+        return {}
+    try:
+        return decode_rivals(read_plain_text(files.rival_words))
+    except ValueError as error:
+        raise LanguageError(
+            f"{files.rival_words}: cannot be used, {error}; {REBUILD_ADVICE}"
+        ) from None
 
 
 def parse_dictionary(

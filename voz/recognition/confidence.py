@@ -116,6 +116,21 @@ def speech_probability(voice: float, known: float = 0.0) -> float:
     return min(1.0, max(0.0, (voice - NOISE_VOICE) / (SPEECH_VOICE - NOISE_VOICE)))
 
 
+RIVAL_LEAD, ODDS_PER_RIVAL_NAT = 2.5, 3.0
+"""The lead of a rival word, nats, at which command and rival are as likely, and how the log-odds
+fall with it (`benchmarks/neighbors.py`). It is not 0: more commands are said than what is next to
+them."""
+
+
+def own_word_probability(lead: float | None) -> float:
+    """The probability that the command was said and not one with a rival word in it.
+
+    Args:
+        lead: how much better the best rival fits, nats; None if the command has none.
+    """
+    return 1.0 if lead is None else sigmoid(ODDS_PER_RIVAL_NAT * (RIVAL_LEAD - lead))
+
+
 def discount_for_context(confidence: float, context: Context) -> float:
     """The confidence in a context, from that in a quiet one."""
     return multiply_odds(confidence, 1 / context.value)

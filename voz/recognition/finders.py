@@ -18,7 +18,14 @@ from voz.audio.segment import CONTEXT_SAMPLES, MAX_PAUSE_SAMPLES, SEGMENT_MARGIN
 from voz.audio.voice_detector import RUN_UP, shared_voice_detector
 from voz.events import SpokenWord
 from voz.language.sentences.automaton import Automaton
-from voz.recognition.confidence import SCORE, VOICES_AROUND, Model, probability, speech_probability
+from voz.recognition.confidence import (
+    SCORE,
+    VOICES_AROUND,
+    Model,
+    own_word_probability,
+    probability,
+    speech_probability,
+)
 from voz.recognition.decision import (
     Begun,
     Hypothesis,
@@ -139,13 +146,14 @@ class NetworkFinder:
         likely = probability(self._model, values)
         speech = self._speech_probability(segment, offset + match.begin, offset + match.end, likely)
         other = self._rival(heard, ranking)
+        lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
         return Hypothesis(
             segment,
             ranking.text,
             spoken_until=_in_stream(segment, offset + match.end),
             features=values,
             speech_probability=speech,
-            probability=likely * speech,
+            probability=likely * speech * own_word_probability(lead),
             why_refused=partial(
                 self._why_refused, segment, heard.likelihoods, ranking, speech, other
             ),

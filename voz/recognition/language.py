@@ -16,8 +16,10 @@ from voz.language.language_files import (
     read_commands,
     read_language_info,
     read_pronunciations,
+    read_rival_words,
 )
 from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries
+from voz.language.rival_words import Rivals
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
 from voz.language.spoken_language import LanguageInfo, check_acoustic_model
@@ -34,6 +36,7 @@ class Language:
         dictionary: the phones of each word; variants, as `the(2)`, are words.
         pronunciations: the same, with British ones.
         spoken: which language it is, and its acoustic model.
+        rivals: what sounds much like the words of the commands.
         guessed: words that no dictionary has, beside those of the commands.
     """
 
@@ -42,6 +45,7 @@ class Language:
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
     spoken: LanguageInfo
+    rivals: Rivals
     guessed: frozenset[str] = frozenset()
 
     @cached_property
@@ -57,7 +61,8 @@ def load_language(files: LanguageFiles) -> Language:
     spoken = read_language_info(files)
     check_acoustic_model(spoken, files.folder)
     said = with_british(dictionary) if spoken.is_english else dictionary
-    return Language(files, read_commands(files), dictionary, said, spoken)
+    rivals = read_rival_words(files)
+    return Language(files, read_commands(files), dictionary, said, spoken, rivals)
 
 
 MAX_NEVER_MISSED = 8

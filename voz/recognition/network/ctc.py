@@ -243,7 +243,8 @@ class SentenceSearch:
         ends = np.array([word.end for word in self._words])
         # Every state but the first is the end of a word.
         self._first_ways = np.searchsorted(ends, np.arange(1, self._states))
-        self.final = np.flatnonzero(np.array(automaton.labels)[ends] != NO_LABEL)
+        self._labels = np.array(automaton.labels)[ends]
+        self.final = np.flatnonzero(self._labels != NO_LABEL)
         self._direct, self._by_blank = self._sources()
 
     def _sources(self) -> tuple[Places, Places]:
@@ -307,6 +308,10 @@ class SentenceSearch:
             words.append(self._words[last].text)
         return " ".join(reversed(words))
 
+    def ends_of(self, label: int) -> Places:
+        """The words with which the sentences of a label end."""
+        return np.flatnonzero(self._labels == label)
+
     def words_beside(self, sentence: str) -> Places:
         """The words that lead to a state through which a sentence does not go."""
         through = [0]
@@ -340,6 +345,11 @@ class FoundSentences:
         Not those after which that one and this go on alike.
         """
         return self._best_of(self._search.words_beside(sentence))
+
+    def best_score(self, label: int) -> float:
+        """The score of the best sentence of a label, nats."""
+        ended = self._scores[:, self._search.ends_of(label)] - self._behind[:, np.newaxis]
+        return float(ended.max(initial=-np.inf))
 
     def _best_of(self, words: Places) -> tuple[str, float]:
         ended = self._scores[:, words] - self._behind[:, np.newaxis]

@@ -17,6 +17,7 @@ from voz.audio.echo import Cleaned
 from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
+from voz.language.rival_words import Rivals
 from voz.language.sentences.automaton import Automaton
 from voz.recognition.language import Language, load_language, spellings
 from voz.recognition.network.ctc import (
@@ -34,6 +35,7 @@ from voz.recognition.network.phoneme_network import (
     PhonemeNetwork,
     UnknownNetworkError,
 )
+from voz.recognition.network.rival_words import RivalWords
 
 PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa.tsv")
 """The symbols of the network for each phone of the dictionary."""
@@ -60,6 +62,9 @@ FIRST_PHONE_SECONDS = 0.12
 """The network reports a phone near its end: a word begins this much before its first one, unless
 the word before it ends later (`benchmarks/word_times.py`).
 """
+
+RIVAL_MARGIN = 0.2
+"""A rival of a command begins and ends within this much (s) around it."""
 
 MAX_LEAD_BONUS = 6.0
 """Most nats for being ahead of the next best command."""
@@ -133,13 +138,17 @@ class PhonemeScorer:
     """Scores the commands of a language."""
 
     def __init__(
-        self, spellings: Mapping[str, Iterable[Sequence[str]]], network: str | None = None
+        self,
+        spellings: Mapping[str, Iterable[Sequence[str]]],
+        network: str | None = None,
+        rivals: Rivals | None = None,
     ) -> None:
         """Load the network.
 
         Args:
             spellings: all pronunciations of each word.
             network: a file of weights; None for the network of voz.
+            rivals: what sounds much like some of the words.
 
         Raises:
             ConfigError: the file cannot be used.
@@ -160,6 +169,15 @@ class PhonemeScorer:
             for word, spelled in known.items()
         }
         self._blank = len(symbols)
+        self._rival_words = RivalWords(
+            self._pronunciations,
+            {
+                word: [[numbers[phone] for phone in way.split()] for way in ways]
+                for word, ways in (rivals or {}).items()
+            },
+            self._blank,
+            REWARD_PER_PHONE,
+        )
         self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
 
@@ -223,6 +241,18 @@ class PhonemeScorer:
         matches = map(Match._make, zip(*(column.tolist() for column in columns), strict=True))
         return Ranking(dict(zip(commands, matches, strict=True)))
 
+    def rival_lead(self, likelihoods: PhoneLikelihoods, text: str, match: Match) -> float | None:
+        """How much better a command fits with a rival word in it, nats; None if it has none.
+
+        Args:
+            likelihoods: of the phones.
+            text: the command.
+            match: where it fits best.
+        """
+        first = max(0, round((match.begin - RIVAL_MARGIN) * SAMPLE_RATE / MOMENT))
+        last = round((match.end + RIVAL_MARGIN) * SAMPLE_RATE / MOMENT)
+        return self._rival_words.lead(text, *(part[first:last] for part in likelihoods))
+
     def align(self, likelihoods: PhoneLikelihoods, text: str) -> list[tuple[float, float]]:
         """Find where each word of a sentence that fits begins and ends in the sound, s."""
         found: list[tuple[float, float]] = []
@@ -275,7 +305,7 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
     """
     if not language.spoken.is_english:
         raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
-    return PhonemeScorer(spellings(language.pronunciations), network=network)
+    return PhonemeScorer(spellings(language.pronunciations), network, language.rivals)
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:

@@ -1,0 +1,56 @@
+"""Words of the dictionary that are one phone away from those of a list."""
+
+from __future__ import annotations
+
+import pytest
+
+from voz.language.pronunciation import look_up, read_cmudict
+from voz.language.rival_words import decode_rivals, encode_rivals, find_rivals
+
+
+def rivals_of(*words: str) -> dict[str, set[str]]:
+    """The rival words of each word."""
+    cmudict = read_cmudict()
+    found = find_rivals({word: look_up(cmudict, word) for word in words}, cmudict)
+    return {
+        word: {other for names in ways.values() for other in names} for word, ways in found.items()
+    }
+
+
+def test_one_phone_is_another_or_left_out_or_too_many() -> None:
+    found = rivals_of("fold", "arm")
+    assert {"cold", "old", "folds"} <= found["fold"]
+    assert {"charm", "are", "art"} <= found["arm"]
+    assert "phone" not in found["fold"]
+
+
+def test_what_sounds_the_same_is_no_rival_nor_what_is_two_phones_away() -> None:
+    found = rivals_of("right", "stop")
+    assert not {"write", "rite", "right", "light's"} & found["right"]
+    assert {"light", "ride", "rat"} <= found["right"]
+    assert not {"flop", "stomped", "chop"} & found["stop"]
+
+
+def test_of_several_pronunciations_none_is_a_rival_of_another() -> None:
+    found = find_rivals({"a": ["AH", "EY"]}, b"\na AH\na(2) EY\noh OW\nuh AH\nay EY\nug AH G\n")
+    assert found == {"a": {"AH G": ("ug",), "OW": ("oh",)}}
+
+
+def test_they_are_kept_as_text() -> None:
+    found = {"fold": {"K OW L D": ("cold",), "T OW L D": ("told", "tolled")}}
+    text = encode_rivals(found)
+    assert text == "fold\tK OW L D\tcold\nfold\tT OW L D\ttold tolled\n"
+    assert decode_rivals(text) == found
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("fold\n", "not enough values"),
+        ("fold\tK OO\tcold\n", "'K OO' are not all phones"),
+        ("fold\tK\tcold\tmore\n", "too many values"),
+    ],
+)
+def test_other_text_is_refused(text: str, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        decode_rivals(text)

@@ -69,8 +69,9 @@ class Hypothesis:
         return min(self.probability, highest_confidence(self.rival))
 
 
-RIVAL_SCALE = 3.0
-"""Nats of the network that count as one: scores of neighboring symbols err together."""
+RIVAL_SCALE = 2.0
+"""Nats of the network that count as one: scores of neighboring symbols err together
+(`benchmarks/intents.py`)."""
 
 
 BEGUN_AHEAD = 1.0
@@ -80,8 +81,8 @@ more or less counts whole: what both have in common errs alike (`benchmarks/slot
 MOST_AHEAD = 100.0
 """What is ahead by more, in the powers of e, is sure in any case."""
 
-ODDS_OF_SHARE = 3.2
-"""How much higher the odds of a meaning are than those of its share (`benchmarks/slots.py`)."""
+ODDS_OF_SHARE = 2.65
+"""How much higher the odds of a meaning are than those of its share (`benchmarks/intents.py`)."""
 
 
 @dataclass(frozen=True)

@@ -61,25 +61,33 @@ def sound(*symbols: int) -> tuple[Floats, Floats, Floats]:
 
 
 def test_the_lead_is_what_another_phone_costs() -> None:
-    rivals = RivalWords({"a": [[0, 1]], "b": [[2, 0]]}, {"a": [[2, 1]]}, BLANK, reward=2.0)
-    assert rivals.lead("a", *sound(0, 1)) == pytest.approx(-5)
-    assert rivals.lead("a", *sound(2, 1)) == pytest.approx(5)
-    assert rivals.lead("b a", *sound(2, 0, BLANK, 2, 1)) == pytest.approx(5)
-    assert rivals.lead("a b", *sound(0, 1, BLANK, 2, 0)) == pytest.approx(-5)
+    rivals = RivalWords({"x": [[0, 1]], "y": [[2, 0]]}, {"x": [[2, 1]]}, BLANK, reward=2.0)
+    assert rivals.lead("x", *sound(0, 1)) == pytest.approx(-5)
+    assert rivals.lead("x", *sound(2, 1)) == pytest.approx(5)
+    assert rivals.lead("y x", *sound(2, 0, BLANK, 2, 1)) == pytest.approx(5)
+    assert rivals.lead("x y", *sound(0, 1, BLANK, 2, 0)) == pytest.approx(-5)
 
 
 def test_of_a_longer_rival_each_phone_is_worth_as_much_as_of_the_command() -> None:
-    rivals = RivalWords({"a": [[0, 1]]}, {"a": [[0, 1, 2]]}, BLANK, reward=2.0)
-    assert rivals.lead("a", *sound(0, 1, 2)) == pytest.approx(2)
+    rivals = RivalWords({"x": [[0, 1]]}, {"x": [[0, 1, 2]]}, BLANK, reward=2.0)
+    assert rivals.lead("x", *sound(0, 1, 2)) == pytest.approx(2)
 
 
 def test_a_word_without_rivals_has_no_lead() -> None:
-    rivals = RivalWords({"a": [[0, 1]], "b": [[2]]}, {"b": [], "a": [[0, 1]]}, BLANK, reward=2.0)
-    assert rivals.lead("a b", *sound(0, 1, 2)) is None
+    rivals = RivalWords({"x": [[0, 1]], "y": [[2]]}, {"y": [], "x": [[0, 1]]}, BLANK, reward=2.0)
+    assert rivals.lead("x y", *sound(0, 1, 2)) is None
+
+
+def test_long_sentences_and_slurred_words_have_no_rivals() -> None:
+    said = {"go": [[0, 1]], "the": [[2, 0]]}
+    rivals = RivalWords(said, {"go": [[2, 1]], "the": [[1, 0]]}, BLANK, reward=2.0)
+    assert rivals.lead("the the the", *sound(0, 1, 2, 0, 1, 0)) is None
+    assert rivals.lead("go the", *sound(2, 1, 2, 0)) == pytest.approx(5)
+    assert rivals.lead("go the go go", *sound(0, 1, 2, 0, 0, 1, BLANK, 0, 1)) is None
 
 
 def test_a_phone_that_merges_with_the_next_word_makes_no_rival() -> None:
     """Nobody hears "slowed down" beside "slow down"."""
-    rivals = RivalWords({"a": [[0, 1]], "b": [[2, 0]]}, {"a": [[0, 1, 2]]}, BLANK, reward=2.0)
-    assert rivals.lead("a b", *sound(0, 1, 2, 0)) is None
-    assert rivals.lead("a a", *sound(0, 1, 0, 1)) is not None
+    rivals = RivalWords({"x": [[0, 1]], "y": [[2, 0]]}, {"x": [[0, 1, 2]]}, BLANK, reward=2.0)
+    assert rivals.lead("x y", *sound(0, 1, 2, 0)) is None
+    assert rivals.lead("x x", *sound(0, 1, 0, 1)) is not None

@@ -15,6 +15,13 @@ from voz.recognition.network.ctc import Floats, Pronunciations, SentenceSearch
 CACHED_COMMANDS = 64
 """How many commands keep the search for their rivals."""
 
+MAX_WORDS = 3
+"""Commands of more words are not compared. In long sentences people slur small words: of 40 orders
+of coffee by people 35 were obeyed without rivals, and 12 with them."""
+
+SLURRED = frozenset("a an and at for in me my of some the to with".split())
+"""Words that people slur in short sentences, too."""
+
 OWN, RIVAL = 0, 1
 """Labels of the command itself, and of its rivals."""
 
@@ -62,6 +69,8 @@ class RivalWords:
 
     def _make_search(self, text: str) -> SentenceSearch | None:
         words = text.split()
+        if len(words) > MAX_WORDS:
+            return None
         rivals = [self._audible_rivals(words, place) for place in range(len(words))]
         first = next((place for place, ways in enumerate(rivals) if ways), None)
         if first is None:
@@ -92,5 +101,5 @@ class RivalWords:
         after = words[place + 1] if place + 1 < len(words) else ""
         ends = {way[-1] for way in self._pronunciations.get(before, ())}
         begins = {way[0] for way in self._pronunciations.get(after, ())}
-        ways = self._rivals.get(words[place], ())
+        ways = () if words[place] in SLURRED else self._rivals.get(words[place], ())
         return [way for way in ways if way[0] not in ends and way[-1] not in begins]

@@ -3,6 +3,7 @@
 Run `python benchmarks/mix_rooms.py OUT MANIFEST... --held-back`. The manifests list commands,
 near-misses, talk and noise. With `--held-back` only those speakers say commands and near-misses
 from whom `training/teach.py` learns nothing. Talk is what people in the room say, whoever they are.
+With `--words` single words are the commands, listed in OUT/list.txt, and all else is a near-miss.
 The speech is louder than the other sound by the decibels in a stream's name: its mean power where
 somebody speaks, against the mean power of the whole of the other.
 """
@@ -20,6 +21,7 @@ import numpy.typing as npt
 import soundfile
 import typer
 from machine import one_line_errors
+from msgspec.structs import replace
 
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
@@ -40,6 +42,9 @@ EVERY = 4 * SAMPLE_RATE
 
 FLOOR = 1e-4
 """Mean square root of a quiet room; full scale is 1."""
+
+WORDS = "stop go up down left right yes no on off zero one five eight"
+"""Single words that people have recorded."""
 
 SHORTEST_TALK = 2 * SAMPLE_RATE
 """Samples: a shorter clip of talk may be a command."""
@@ -121,6 +126,16 @@ def mixed(
     return stream * min(1, 0.95 / np.abs(stream).max()), said
 
 
+def as_words(clips: Sequence[Clip]) -> list[Clip]:
+    """The clips with `WORDS` as commands; others with such a word in them are left out."""
+    said = [clip for clip in clips if clip.kind in ("command", "near-miss") and clip.text]
+    listed = set(WORDS.split())
+    words = [replace(clip, kind="command") for clip in said if clip.text in listed]
+    others = [clip for clip in said if not listed & {*clip.text.split()}]
+    noises = [clip for clip in clips if clip.kind in ("talk", "noise")]
+    return [*words, *(replace(clip, kind="near-miss") for clip in others), *noises]
+
+
 def is_held_back(speaker: str) -> bool:
     """Whether the network learns nothing from a speaker."""
     return crc32(speaker.encode()) % HELD_BACK == 0
@@ -136,6 +151,7 @@ def main(
     manifests: Annotated[list[Path], typer.Argument(help="Lists of recordings.")],
     seed: Annotated[int, typer.Option(help="Of the order and all that is random.")] = 1,
     held_back: Annotated[bool, typer.Option(help="Only speakers never learned from.")] = False,
+    words: Annotated[bool, typer.Option(help="Single words are the commands.")] = False,
     most: Annotated[int, typer.Option(min=1, help="Commands at most, and near-misses.")] = 150,
 ) -> None:
     """Mix streams of commands in rooms.
@@ -143,6 +159,10 @@ def main(
     Example: python benchmarks/mix_rooms.py rooms dev/manifest.tsv people/manifest.tsv --held-back
     """
     clips = [clip for path in manifests for clip in read_manifest(path)]
+    out.mkdir(parents=True, exist_ok=True)
+    if words:
+        clips = as_words(clips)
+        (out / "list.txt").write_text(WORDS.replace(" ", "\n"))
     rng = np.random.default_rng(seed)
     said: list[Clip] = []
     for kind in ("command", "near-miss"):
@@ -153,7 +173,6 @@ def main(
     if not said:
         raise ConfigError("nobody says anything; give manifests of commands and near-misses")
     said = [said[place] for place in rng.permutation(len(said))]
-    out.mkdir(parents=True, exist_ok=True)
     listing = {}
     for name, ratio in with_bar(ROOMS, "mixing"):
         sound = None if ratio is None else background(name, EVERY * (len(said) + 1), clips, rng)

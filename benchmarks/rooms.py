@@ -3,6 +3,7 @@
 Run `python benchmarks/rooms.py FOLDER`. The folder holds streams, `NAME.wav`, and `said.json`: for
 each name a list of what is said in it, as `[start, end, text, condition]` in seconds, with `null`
 for the text of what is no command. Of a stream in whose list is nothing, nothing may be obeyed.
+With `--lm` another list than the robot's is heard.
 """
 
 from __future__ import annotations
@@ -129,6 +130,7 @@ def main(
         list[str] | None, typer.Argument(metavar="STREAM...", help="Some of them; else all.")
     ] = None,
     engine: Annotated[str, typer.Option(help="As for `voz eval`.")] = "voz",
+    lm: Annotated[Path, typer.Option(help="Language files.")] = LM,
     name: Annotated[str, typer.Option(help="A name that the robot has, and nobody says.")] = "",
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Processes; else one for each core.")
@@ -140,7 +142,7 @@ def main(
     """
     console = Console(stderr=True)
     tasks = streams(folder, names or [])
-    choice = EngineChoice(engine, LanguageFiles(LM), Recognition(name=name))
+    choice = EngineChoice(engine, LanguageFiles(lm), Recognition(name=name))
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         outcomes = in_processes(partial(recognize, choice=choice), tasks, jobs)
         heard = list(progress.track(outcomes, len(tasks), description=engine))

@@ -25,7 +25,7 @@ import numpy as np
 import soundfile
 import typer
 from machine import machine, one_line_errors
-from mix_rooms import is_held_back
+from mix_rooms import WORDS, is_held_back
 
 from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
@@ -41,7 +41,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 import synthesis  # a script beside the others
 
 LISTS = {
-    "single words": "stop go up down left right yes no on off zero one five eight",
+    "single words": WORDS,
     "answers": "yes no again hover stop",
     "commands": (
         "start speech stop go forward back turn left right rotate speed up slow down point "

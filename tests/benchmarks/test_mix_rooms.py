@@ -57,3 +57,16 @@ def test_only_those_who_were_held_back_speak_in_sound_of_the_level_that_is_asked
     power = [np.mean(stream[before] ** 2) for stream in (quiet, loud, louder)]
     assert power[0] < 1e-3 * power[1]
     assert power[2] / power[1] == pytest.approx(10**0.5, rel=0.05)
+
+
+def test_with_words_these_are_the_commands_and_what_has_none_of_them_is_a_near_miss(
+    manifest: Path, tmp_path: Path
+) -> None:
+    script, out = ROOT / "benchmarks" / "mix_rooms.py", tmp_path / "rooms"
+    command = [sys.executable, str(script), str(out), str(manifest), "--words"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    said = json.loads((out / "said.json").read_text())["motors-10"]
+    assert [text for _, _, text, _ in said].count("stop") == 1
+    assert len(said) == 2  # "go back" has a word of the list in it
+    assert "eight" in (out / "list.txt").read_text().splitlines()

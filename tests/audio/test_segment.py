@@ -5,10 +5,12 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.audio.levels import FRAME
+from voz.audio import SAMPLE_RATE
+from voz.audio.levels import FRAME, BandLevels
 from voz.audio.segment import (
     CONTEXT_SAMPLES,
     END_FRAMES,
@@ -16,46 +18,69 @@ from voz.audio.segment import (
     MIN_LOUD_FRAMES,
     SEGMENT_MARGIN,
     OpenSegment,
+    Segment,
+    is_spoken_with,
     pieces,
 )
 
 LOUD, LOW = 40.0, 10.0
+LOUD_FRAME, HISS, LOW_FRAME = (LOUD, LOW), (LOW, LOUD), (LOW, LOW)
 
-frames = st.lists(st.tuples(st.booleans(), st.sampled_from([LOUD, LOW])), max_size=60)
+frames = st.lists(
+    st.tuples(st.booleans(), st.sampled_from([LOUD_FRAME, HISS, LOW_FRAME])), max_size=60
+)
 
 
 def begun() -> OpenSegment:
-    return OpenSegment(start=0, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
+    return OpenSegment(
+        start=0, least=20.0, least_high=20.0, voices=0.0, before=30.0, levels=[], loud=2
+    )
 
 
 def test_a_level_that_falls_is_part_of_it_for_three_frames_more() -> None:
     now = begun()
     for _ in range(HANGOVER_FRAMES):
-        now.follow(True, LOW)
+        now.follow(True, LOW_FRAME)
     assert now.silent == 0
-    now.follow(True, LOW)
+    now.follow(True, LOW_FRAME)
     assert (now.silent, now.loud) == (1, 2)
-    now.follow(True, LOUD)
+    now.follow(True, LOUD_FRAME)
     assert (now.silent, now.low, now.loud, now.loudest) == (0, 0, 3, LOUD)
 
 
 @given(frames)
-def test_it_has_ended_after_eight_silent_frames_and_not_before(
-    seen: list[tuple[bool, float]],
+def test_it_has_ended_after_eight_quiet_frames_and_not_before(
+    seen: list[tuple[bool, BandLevels]],
 ) -> None:
     now = begun()
-    followed = silent = 0
-    for voice, level in [*seen, *[(False, LOW)] * END_FRAMES]:
+    followed = quiet = silent = 0
+    for voice, level in [*seen, *[(False, LOW_FRAME)] * END_FRAMES]:
         assert not now.ended
         now.follow(voice, level)
         followed += 1
-        silent = 0 if voice and now.low <= HANGOVER_FRAMES else silent + 1
-        if silent == END_FRAMES:
+        continues = voice and now.low <= HANGOVER_FRAMES
+        silent = 0 if continues else silent + 1
+        quiet = 0 if continues or (voice and level == HISS) else quiet + 1
+        if quiet == END_FRAMES:
             break
     assert now.ended
     assert now.is_click == (now.loud < MIN_LOUD_FRAMES)
     heard = followed * FRAME
-    assert now.paused_at(heard) == heard - END_FRAMES * FRAME + SEGMENT_MARGIN
+    assert now.ended_at(heard) == heard - END_FRAMES * FRAME + SEGMENT_MARGIN
+    assert now.paused_at(heard) == heard - silent * FRAME + SEGMENT_MARGIN
+
+
+def test_a_word_that_begins_and_ends_softly_is_whole_and_no_click() -> None:
+    """As `eight`: its vowel takes 60 ms, its `t` comes later."""
+    now = begun()
+    for _ in range(HANGOVER_FRAMES + 2):
+        now.follow(True, LOW_FRAME)
+    assert (now.silent, now.quiet, now.is_click) == (2, 2, True)
+    now.follow(False, HISS)  # of what has no voice in it
+    assert (now.quiet, now.is_click) == (3, True)
+    for _ in range(2):
+        now.follow(True, HISS)
+    assert (now.silent, now.quiet, now.is_click) == (5, 0, False)
 
 
 @given(
@@ -89,6 +114,26 @@ def test_talk_that_goes_on_is_known_by_what_was_as_loud_before() -> None:
         assert segment.within_talk == within_talk
         assert (segment.start, segment.end, segment.decided) == (0, 0.03, 0.06)
         assert segment.above == 23.0
+
+
+def spoken(start: float, amplitude: float) -> Segment:
+    """Half a second of a tone in a pause that is as long."""
+    tone = np.sin(2 * np.pi * 500 / SAMPLE_RATE * np.arange(SAMPLE_RATE // 2))
+    samples = np.concatenate([tone, np.zeros(SAMPLE_RATE // 2)]) * amplitude
+    return Segment(start, start + 0.5, start + 0.6, samples.astype(np.int16))
+
+
+@pytest.mark.parametrize(
+    ("pause", "louder", "together"),
+    [(0.5, 0, True), (0.7, 0, False), (0.5, -5, True), (0.5, -7, False), (0.5, 20, True)],
+)
+def test_what_is_close_to_a_command_and_not_much_quieter_is_spoken_with_it(
+    pause: float, louder: float, together: bool
+) -> None:
+    """Before it and after it."""
+    command, amplitude = spoken(10.0, 1000.0), 1000.0 * 10 ** (louder / 20)
+    before, after = spoken(9.5 - pause, amplitude), spoken(10.5 + pause, amplitude)
+    assert [is_spoken_with(command, other) for other in (before, after)] == [together] * 2
 
 
 @given(st.integers(0, 9000), st.integers(0, 9000), st.integers(1, 9000), st.integers(0, 9000))

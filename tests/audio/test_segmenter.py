@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.segment import CONTEXT_SAMPLES, Quiet, Segment, SegmenterEvent, belong_together
+from voz.audio.segment import (
+    CONTEXT_SAMPLES,
+    CONTINUE_ABOVE,
+    Quiet,
+    Segment,
+    SegmenterEvent,
+    is_spoken_with,
+)
 from voz.audio.segmenter import MAX_SEGMENT_SECONDS, Segmenter, sounds
 
 
@@ -255,7 +262,7 @@ def test_what_follows_closely_has_no_quiet_in_between(
     first = spoken[0][: np.flatnonzero(np.abs(spoken[0]) > 300)[-1]]
     found = sounds_of(np.concatenate([first, murmur(pause), spoken[1]]))
     one, other = (sound for sound in found if isinstance(sound, Segment))
-    assert belong_together(one, other) == close
+    assert is_spoken_with(one, other) == is_spoken_with(other, one) == close
     assert isinstance(found[1], Quiet) != close
 
 
@@ -308,7 +315,7 @@ def test_a_segment_says_how_far_it_stands_out(session: Recording) -> None:
     assert all(stood_out(segment) for segment in quiet)
     noisy = segments_of(mixed(session.samples(), murmur(30)[: len(session.samples())] * 40))
     assert noisy
-    assert all(5 < segment.above < 30 for segment in noisy)
+    assert all(CONTINUE_ABOVE < segment.above < 30 for segment in noisy)
 
 
 def test_what_stands_out_of_talk_that_goes_on_and_is_as_loud_is_told(session: Recording) -> None:

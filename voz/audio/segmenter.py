@@ -159,7 +159,7 @@ class Segmenter:
         if self._open is None:
             yield from self._begin(voice, level, background)
         else:
-            yield from self._continue(self._open, voice, level[0])
+            yield from self._continue(self._open, voice, level)
             if self._pause and self._open and self._heard // FRAME % ONGOING_INTERVAL == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
@@ -187,12 +187,15 @@ class Segmenter:
             voices=self._background.voices,
             before=self._background.loudest(since, frames),
             levels=[background[0]] * frames,
-            loud=BEGIN_FRAMES,
+            loud=max(BEGIN_FRAMES, sum(self._stood)),
+            least_high=background[1] + BEGIN_ABOVE,
         )
         self._standing = 0
         self._stood.clear()
 
-    def _continue(self, now: OpenSegment, voice: bool, level: float) -> Iterator[SegmenterEvent]:
+    def _continue(
+        self, now: OpenSegment, voice: bool, level: BandLevels
+    ) -> Iterator[SegmenterEvent]:
         now.follow(voice, level)
         if (noise := self._noise_under(now)) is not None:
             yield self._finish_segment(now, self._heard - RISE_FRAMES * FRAME)
@@ -240,7 +243,7 @@ class Segmenter:
             yield Quiet(self._heard / SAMPLE_RATE, self._kept[max(0, since) : now])
 
     def _finish_segment(self, now: OpenSegment, end: int | None = None) -> Segment:
-        end = now.paused_at(self._heard) if end is None else end
+        end = now.ended_at(self._heard) if end is None else end
         segment = self._segment(now, end)
         self._end(end)
         return segment

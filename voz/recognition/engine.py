@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fcntl import LOCK_SH
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.audio.segment import Segment, belong_together, feed_all
+from voz.audio.segment import Segment, feed_all
 from voz.audio.segmenter import Segmenter
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
@@ -220,12 +219,11 @@ def candidates_in(recognizer: RecognitionEngine, blocks: Iterable[Samples]) -> I
     interpreter = recognizer._interpreter
     sounds = feed_all(Segmenter(longest=interpreter.longest), blocks)
     found = [sound for sound in sounds if isinstance(sound, Segment)]
-    after = [belong_together(one, other) for one, other in pairwise(found)]
     for number, segment in enumerate(found):
         heard = interpreter.understand(segment)
         if heard.features:
-            among = segment.within_talk or any(after[max(0, number - 1) : number + 1])
-            context = Context.SPEECH if among else Context.QUIET
+            beside = [*found[max(0, number - 1) : number], *found[number + 1 : number + 2]]
+            context = interpreter.context(segment, beside)
             yield Candidate(
                 heard.text, dict(heard.features), heard.speech_probability, context,
                 segment.start, segment.end,

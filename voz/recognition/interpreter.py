@@ -10,13 +10,21 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.audio.segment import CONTEXT_SAMPLES, MAX_PAUSE_SAMPLES, MAX_WORD_SECONDS, Segment
+from voz.audio.segment import (
+    CONTEXT_SAMPLES,
+    MAX_PAUSE_SAMPLES,
+    MAX_WORD_SECONDS,
+    Segment,
+    belong_together,
+    is_spoken_with,
+)
 from voz.errors import ConfigError
 from voz.events import Alternative, PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands
 from voz.process.call_lock import NonReentrantLock
 from voz.recognition.confidence import (
     SCORE,
+    Context,
     discount_for_context,
     load_models,
     probability,
@@ -40,6 +48,9 @@ PAUSE_ALLOWANCE = 2.0
 MIN_PHONES_OF_WORDS = 3
 """Phones in a pause that may be the rest of a sentence, as `with`."""
 
+
+MIN_ABOVE_TALK = 7.0
+"""Talk that goes on is itself the background; a part of it rises less above that than this, dB."""
 
 MAX_BEST = 100
 """Most alternatives of an utterance."""
@@ -83,6 +94,7 @@ class Interpreter:
         model = models.with_network if network else models.without_network
         self.model = with_log_odds(model, profile.log_odds)
         finder = NetworkFinder(language, settings, self.model, network) if network else None
+        self._has_network = network is not None
         self._finder: CommandFinder = finder or PocketsphinxFinder(language, settings, self.model)
         self._name_finder = finder if settings.name else None
         self._name = settings.name
@@ -108,6 +120,19 @@ class Interpreter:
                 # No command, and it would take long to find that out.
                 return Hypothesis(segment, "", segment.end)
             return self._finder.understand(segment, self.rule.answers)
+
+    def context(self, segment: Segment, beside: Collection[Segment]) -> Context:
+        """What is around a segment, given those beside it.
+
+        pocketsphinx alone takes talk of others for commands more often than the network, whatever
+        its level.
+        """
+        if self._has_network:
+            is_talk = segment.within_talk and segment.above < MIN_ABOVE_TALK
+            among = is_talk or any(is_spoken_with(segment, other) for other in beside)
+        else:
+            among = segment.within_talk or any(belong_together(segment, each) for each in beside)
+        return Context.SPEECH if among else Context.QUIET
 
     def _is_too_long(self, segment: Segment) -> bool:
         return segment.end - segment.start > self.longest

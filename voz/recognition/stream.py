@@ -84,8 +84,8 @@ class Stream:
         if isinstance(sound, Segment):
             sound = self._after_name(sound)
             follow = self._over if sound.over else self._pause
-            context = Context.SPEECH if sound.within_talk else _between(self._other, sound)
-            yield from follow(sound, context)
+            beside = [self._other] if self._other else []
+            yield from follow(sound, self._interpreter.context(sound, beside))
 
     def _after_name(self, segment: Segment) -> Segment:
         """A segment without the name before it that was reported: it is heard once."""
@@ -179,7 +179,8 @@ class Stream:
     def _settled(self, waiting: Decision, sound: SegmenterEvent) -> Decision:
         """What becomes of a decision that waits, by what followed; the name may be in that."""
         heard = waiting.hypothesis
-        context = _between(heard.segment, sound)
+        beside = [sound] if isinstance(sound, Segment) else []
+        context = self._interpreter.context(heard.segment, beside)
         if isinstance(sound, Quiet) and not heard.named:
             longer = heard.segment._replace(decided=sound.decided, after=sound.samples)
             if self._interpreter.hears_name(longer):
@@ -214,8 +215,3 @@ def _words(decision: Decision) -> int:
     heard = decision.hypothesis
     is_begun = not decision.accepted and heard.rival is not None and heard.rival.is_begun
     return len((heard.rival.text if heard.rival and is_begun else heard.text).split())
-
-
-def _between(one: Segment | None, other: SegmenterEvent) -> Context:
-    near = one is not None and isinstance(other, Segment) and belong_together(one, other)
-    return Context.SPEECH if near else Context.QUIET

@@ -37,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
 import synthesis  # a script beside the others
 
-VOICES = ("festival_slt", "flite_rms", "flite_awb", "espeak_en-us", "espeak_en-gb")
+VOICES = ("festival_slt", "flite_rms", "flite_awb", "espeak_us", "espeak_gb")
 
 MIN_LOG_PROBABILITY = -132_000
 """Of a word of everyday English by pocketsphinx's trigram model, in units of its logarithm."""

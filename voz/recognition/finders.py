@@ -41,7 +41,7 @@ from voz.recognition.decision import (
 from voz.recognition.language import Language, Shortlist, plain_word
 from voz.recognition.name import NameFinder, NameMatch, from_time
 from voz.recognition.network.ctc import FoundSentences, SentenceSearch
-from voz.recognition.network.score import Match, PhoneLikelihoods, PhonemeScorer, Ranking
+from voz.recognition.network.score import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 from voz.recognition.pocketsphinx.evidence import (
     CommandSearch,
@@ -146,7 +146,7 @@ class NetworkFinder:
         likely = probability(self._model, values)
         speech = self._speech_probability(segment, offset + match.begin, offset + match.end, likely)
         other = self._rival(heard, ranking)
-        lead = self._rival_lead(heard.likelihoods, ranking.text, match)
+        lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
         return Hypothesis(
             segment,
             ranking.text,
@@ -222,11 +222,6 @@ class NetworkFinder:
             probability=name.confidence,
             named=True,
         )
-
-    def _rival_lead(self, likelihoods: PhoneLikelihoods, text: str, match: Match) -> float | None:
-        """How much better a rival word fits; of an order nearly always one of many words does."""
-        said = self._commands.parse(text)
-        return None if said and said.slots else self._network.rival_lead(likelihoods, text, match)
 
     def _rival(self, heard: _Compared, ranking: Ranking) -> Rival | None:
         """The rival of the best command; commands that must not be missed have none."""

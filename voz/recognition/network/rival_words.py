@@ -19,7 +19,9 @@ MAX_WORDS = 3
 """Commands of more words are not compared. In long sentences people slur small words: of 40 orders
 of coffee by people 35 were obeyed without rivals, and 12 with them."""
 
-SLURRED = frozenset("a an and at for in me my of some the to with".split())
+SLURRED = frozenset(
+    ["a", "an", "and", "at", "for", "in", "me", "my", "of", "some", "the", "to", "with"]
+)
 """Words that people slur in short sentences, too."""
 
 OWN, RIVAL = 0, 1

@@ -36,8 +36,9 @@ def shake_hands(certificates: Certificates, trusted: bytes, name: str) -> ssl.SS
 
     def serve() -> None:
         try:
-            certificates.context.wrap_socket(there, server_side=True).close()
-        except OSError:
+            with certificates.context.wrap_socket(there, server_side=True) as shaken:
+                shaken.unwrap()  # it stays open until the client is done, which may still write
+        except OSError:  # the client does not believe it, or has closed without a farewell
             there.close()
 
     server = threading.Thread(target=serve)

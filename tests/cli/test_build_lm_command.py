@@ -40,7 +40,7 @@ def test_the_tool_does_the_same(voz: Any, own_commands: Path, tmp_path: Path) ->
     tool = [sys.executable, ROOT / "tools" / "build_lm.py", own_commands, "--out", tmp_path / "b"]
     subprocess.run(tool, check=True, capture_output=True)
     names = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert len(names) == 8
+    assert len(names) == 9
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 

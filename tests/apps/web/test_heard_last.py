@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+import soundfile
 from browser_page import opened, tap
 from live_robot import moves
 from operator_page import PageRobot, heard, page_robot, with_noise
 from operator_page import opened as opened_without_browser
 from playwright.sync_api import Browser, BrowserContext, Page, expect
-from recordings import FIXTURES
+from synthesis import phrase
+
+from voz.audio import SAMPLE_RATE
 
 pytestmark = pytest.mark.slow
 
-UNSURE = FIXTURES / "near_misses" / "festival_ked__go_to_bed.flac"
-"""It sounds like "go back", and is not sure enough."""
+
+@pytest.fixture
+def unsure(tmp_path: Path) -> Path:
+    """It sounds like "turn left", and is not sure enough."""
+    soundfile.write(tmp_path / "said.wav", phrase("flite_rms", "turn left a little"), SAMPLE_RATE)
+    return tmp_path / "said.wav"
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +54,7 @@ def in_words(page: Page, event: dict[str, object]) -> list[str]:
 
 
 def test_a_new_user_drives_by_two_touches_and_does_by_a_tap_what_was_not_sure(
-    robot: PageRobot, phone: BrowserContext
+    robot: PageRobot, phone: BrowserContext, unsure: Path
 ) -> None:
     page = opened(phone, robot.link)
     expect(page.locator("#heard")).to_have_text("Touch Drive to begin.")
@@ -69,18 +77,18 @@ def test_a_new_user_drives_by_two_touches_and_does_by_a_tap_what_was_not_sure(
         assert any(warned.match(event.get("text", "")) for event in robot.state["events"])
         with heard(robot, other) as microphone:
             microphone.begin()
-            microphone.speak(with_noise(UNSURE, 0.5, 0.5), other)
+            microphone.speak(with_noise(unsure, 0.5, 0.5), other)
             microphone.end()
             robot.robot.wait_for(lambda event: event.get("source") == "browser")
-        expect(page.locator("#heard")).to_have_text("go back?not sure enough")
-        assert page.get_by_role("button", name="go back?").count() == 0  # it only watches
+        expect(page.locator("#heard")).to_have_text("turn left?not sure enough")
+        assert page.get_by_role("button", name="turn left?").count() == 0  # it only watches
         page.get_by_role("button", name="Take over").tap()
         page.get_by_role("dialog").get_by_role("button", name="Take over").tap()
-    offer = page.get_by_role("button", name="go back?")
+    offer = page.get_by_role("button", name="turn left?")
     expect(page.locator("#heard")).to_contain_text("not sure enough: tap to do it")
     offer.tap()
-    expect(page.locator("#motion")).to_have_text("BACK 0.10 m/s")
-    expect(page.locator("#heard .what")).to_have_text("go back")
+    expect(page.locator("#motion")).to_have_text("ROTATING left, 0.10 rad/s")
+    expect(page.locator("#heard .what")).to_have_text("turn left")
     page.locator("#stop").tap()
     expect(page.locator("#motion")).to_have_text("STANDING ")
     assert page.complaints == []  # type: ignore[attr-defined]

@@ -65,7 +65,7 @@ def test_nothing_moves_before_the_name_and_an_answer_by_voice_does_what_was_aske
 
         time.sleep(PAUSE)
         heard(robot, pulse, by_festival("hey robot"))
-        asked = heard(robot, pulse, by_festival("joint pier"))
+        asked = heard(robot, pulse, by_festival("points the beer"))
         assert not asked["accepted"], robot.of("utterance")[-2:]
         robot.wait_for(lambda e: e["type"] == "reply" and e["text"] == "did you say point beer?")
         assert robot.of("selected_object") == []

@@ -82,6 +82,16 @@ pip_install() {
     "$environment/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check "$@"
 }
 
+# Install what compiles pocketsphinx, where it has no wheel for the Python of an environment.
+install_compiler() {
+    "$1/bin/python" -c "import pocketsphinx" 2>/dev/null && return 0
+    wheel=$(mktemp -d)
+    "$1/bin/python" -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: --dest "$wheel" \
+        "pocketsphinx>=5.0.4" >/dev/null 2>&1 ||
+        install_packages "gcc g++ libc6-dev python3-dev" "pocketsphinx has no wheel for this Python, and is compiled"
+    rm -r "$wheel"
+}
+
 # Install voz with an extra into a virtual environment. Nothing to do when this was done before and
 # what it is made by is still the same.
 install_voz() {
@@ -97,6 +107,7 @@ install_voz() {
 }
 
 [ -x .venv/bin/python ] || "$python" -m venv .venv
+install_compiler .venv
 install_voz .venv "$extra" & # beside PyTorch, if that is wanted
 voz=$!
 trap 'kill "$voz" 2>/dev/null || true' EXIT
@@ -121,7 +132,10 @@ trap - EXIT
 install_node_modules() {
     [ ! -e "$1/node_modules/$2" ] || return 0
     echo "Installing $3 for the tests into $1/node_modules"
-    npm install --prefix "$1" --silent --no-audit --no-fund --no-package-lock
+    npm install --prefix "$1" --loglevel error --no-audit --no-fund --no-package-lock || {
+        echo "npm could not install $2, which the tests need; is its registry reachable?" >&2
+        exit 2
+    }
 }
 
 if [ "${1:-}" = tests ]; then

@@ -48,6 +48,7 @@ def test_they_are_kept_as_text() -> None:
     [
         ("fold\n", "not enough values"),
         ("fold\tK OO\tcold\n", "'K OO' are not all phones"),
+        ("fold\t\tcold\n", "'' are not all phones"),
         ("fold\tK\tcold\tmore\n", "too many values"),
     ],
 )

@@ -70,7 +70,7 @@ def decode_rivals(text: str) -> Rivals:
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for line in text.splitlines():
         word, phones, words = line.split("\t")
-        if not PHONES.issuperset(phones.split()):
+        if not phones or not PHONES.issuperset(phones.split()):
             raise ValueError(f"{phones!a} are not all phones")
         found.setdefault(word, {})[phones] = tuple(words.split())
     return found

@@ -94,7 +94,6 @@ class Interpreter:
         model = models.with_network if network else models.without_network
         self.model = with_log_odds(model, profile.log_odds)
         finder = NetworkFinder(language, settings, self.model, network) if network else None
-        self._has_network = network is not None
         self._finder: CommandFinder = finder or PocketsphinxFinder(language, settings, self.model)
         self._name_finder = finder if settings.name else None
         self._name = settings.name
@@ -127,7 +126,7 @@ class Interpreter:
         pocketsphinx alone takes talk of others for commands more often than the network, whatever
         its level.
         """
-        if self._has_network:
+        if self._network:
             is_talk = segment.within_talk and segment.above < MIN_ABOVE_TALK
             among = is_talk or any(is_spoken_with(segment, other) for other in beside)
         else:

@@ -86,6 +86,11 @@ def test_long_sentences_and_slurred_words_have_no_rivals() -> None:
     assert rivals.lead("go the go go", *sound(0, 1, 2, 0, 0, 1, BLANK, 0, 1)) is None
 
 
+def test_rivals_of_words_that_are_not_there_are_left_out() -> None:
+    rivals = RivalWords({"x": [[0, 1]]}, {"x": [[2, 1]], "gone": [[2]]}, BLANK, reward=2.0)
+    assert rivals.lead("x", *sound(2, 1)) == pytest.approx(5)
+
+
 def test_a_phone_that_merges_with_the_next_word_makes_no_rival() -> None:
     """Nobody hears "slowed down" beside "slow down"."""
     rivals = RivalWords({"x": [[0, 1]], "y": [[2, 0]]}, {"x": [[0, 1, 2]]}, BLANK, reward=2.0)

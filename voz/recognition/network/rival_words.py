@@ -50,6 +50,7 @@ class RivalWords:
         self._rivals = {
             word: [way for way in ways if way not in pronunciations[word]]
             for word, ways in rivals.items()
+            if word in pronunciations  # another dictionary may have replaced that of the list
         }
         self._blank, self._reward = blank, reward
         self._search = lru_cache(CACHED_COMMANDS)(self._make_search)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import pytest
 
 from voz.language.pronunciation import look_up, read_cmudict
-from voz.language.rival_words import decode_rivals, encode_rivals, find_rivals
+from voz.language.rival_words import (
+    decode_rivals,
+    encode_rivals,
+    everyday_words,
+    find_rivals,
+    neighbors,
+)
 
 
 def rivals_of(*words: str) -> dict[str, set[str]]:
@@ -55,3 +61,18 @@ def test_they_are_kept_as_text() -> None:
 def test_other_text_is_refused(text: str, why: str) -> None:
     with pytest.raises(ValueError, match=why):
         decode_rivals(text)
+
+
+def test_everyday_words_are_those_of_the_language_model() -> None:
+    words = ["cold", "hold", "folds", "tern", "zorblax", "r.", "a"]
+    assert everyday_words(words) == {"cold", "hold"}
+
+
+def test_the_nearest_phrases_come_first_and_few() -> None:
+    ways = {word: look_up(read_cmudict(), word) for word in ("fold", "arm")}
+    rivals = find_rivals(ways, read_cmudict())
+    near = neighbors("fold arm", ways, rivals, {"cold", "hold", "mold", "folds", "charm", "art"})
+    assert len(near) == 5
+    assert near[:3] == ["folds arm", "hold arm", "cold arm"]
+    assert neighbors("fold arm", ways, rivals, {"cold"}) == ["cold arm"]
+    assert neighbors("fold arm", ways, rivals, ()) == []

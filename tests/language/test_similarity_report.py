@@ -8,11 +8,12 @@ import pytest
 from recordings import ROOT
 
 from voz.language.build import build
-from voz.language.command_source import read_list, similar_pairs
+from voz.language.command_source import everyday_neighbors, read_list, similar_pairs
 from voz.language.pronunciation import read_cmudict
 from voz.language.similarity import SimilarPair, find_similar
 from voz.language.similarity_report import (
     command_to_reword,
+    neighbor_table,
     rate_in_words,
     similarity_table,
     similarity_warnings,
@@ -126,3 +127,31 @@ def test_what_means_the_same_may_sound_alike(tmp_path: Path):
     (tmp_path / "list.txt").write_text("bring me the {side} cup\nside = right | write")
     (line,) = build(tmp_path / "list.txt", tmp_path).warnings
     assert 'best in "bring me the write cup": say "right" or "write" in another way' in line
+
+
+def test_everyday_phrases_that_sound_like_a_command_are_named(tmp_path: Path):
+    (tmp_path / "list.txt").write_text("fold arm\nhold arm\nxylophone\n")
+    near = everyday_neighbors(read_list(tmp_path / "list.txt"))
+    assert "fold armor" in near["fold arm"]
+    assert "hold arm" not in near["fold arm"]  # a command
+    assert neighbor_table(near).splitlines() == [
+        "command   one sound away, in everyday words; not all of them are refused",
+        f"fold arm  {', '.join(near['fold arm'])}",
+        f"hold arm  {', '.join(near['hold arm'])}",
+    ]
+    assert (
+        neighbor_table({"xylophone": []}) == "no everyday phrase is one sound away from a command"
+    )
+
+
+def test_ten_commands_are_told_of_unless_all_are_wanted():
+    near = {f"command {number}": ["phrase"] for number in range(12)}
+    assert (
+        neighbor_table(near).splitlines()[-1] == "and 2 more commands; `voz build-lm --alike --all`"
+    )
+    assert len(neighbor_table(near, every=True).splitlines()) == 13
+
+
+def test_a_long_list_is_sampled(tmp_path: Path):
+    (tmp_path / "list.txt").write_text("turn to {n: 1..2000}\nstop\n")
+    assert 0 < len(everyday_neighbors(read_list(tmp_path / "list.txt"))) <= 100

@@ -43,7 +43,8 @@ class BuildOptions:
         int, typer.Option(metavar="N", min=0, help="Also show N sentences, drawn by chance.")
     ] = 0
     alike: Annotated[
-        bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
+        bool,
+        typer.Option("--alike", help="Also show what sounds most alike: commands, other phrases."),
     ] = False
     every_pair: Annotated[
         bool, typer.Option("--all", help="Show all pairs that sound alike, not ten lines of them.")
@@ -101,8 +102,8 @@ def _alternatives_line(names: Sequence[str]) -> str:
 
 
 def _show_more(options: BuildOptions, source: CommandSource) -> None:
-    from voz.language.command_source import similar_pairs
-    from voz.language.similarity_report import similarity_table
+    from voz.language.command_source import everyday_neighbors, similar_pairs
+    from voz.language.similarity_report import neighbor_table, similarity_table
 
     if options.count:
         _show_costs(source)
@@ -110,6 +111,8 @@ def _show_more(options: BuildOptions, source: CommandSource) -> None:
         show(*source.commands.sample(options.sample))
     if options.alike:
         show(*similarity_table(similar_pairs(source), options.every_pair).split("\n"))
+        if not source.spoken:
+            show(*neighbor_table(everyday_neighbors(source), options.every_pair).split("\n"))
 
 
 def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:

@@ -29,6 +29,7 @@ from voz.language.pronunciation import (
     read_cmudict,
     words_in_capitals,
 )
+from voz.language.rival_words import everyday_words, find_rivals, neighbors
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.templates import TemplateSource
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, error_at
@@ -149,6 +150,24 @@ def similar_pairs(source: CommandSource) -> list[SimilarPair]:
     else:
         pairs = find_similar(commands.listed, phones, distances=distances)
     return distinct_pairs(pairs, commands)
+
+
+def everyday_neighbors(source: CommandSource) -> dict[str, list[str]]:
+    """Find phrases of everyday English words that sound most like each command of a list.
+
+    Of a list that is too long to compare only some commands are looked at.
+    """
+    phones = _phones(source.entries)
+    rivals = find_rivals(phones, read_cmudict())
+    others = {word for ways in rivals.values() for words in ways.values() for word in words}
+    common = everyday_words(others)
+    commands = source.commands
+    few = len(commands) <= MAX_COMPARED_COMMANDS
+    chosen = commands.listed if few else commands.sample(MAX_COMPARED_COMMANDS)
+    found = {text: neighbors(text, phones, rivals, common) for text in chosen}
+    return {
+        text: [phrase for phrase in near if phrase not in commands] for text, near in found.items()
+    }
 
 
 def pronounce_words(

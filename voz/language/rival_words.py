@@ -1,18 +1,27 @@
-"""Rival words: those of the dictionary that are one phone away from a word of the list; pure.
+"""Rival words: those of the dictionary that are one phone away from a word of the list.
 
 A command with a rival word in place of its own, as "cold arm" for "fold arm", is what people say
-that sounds most like it, and is no command.
+that sounds most like it, and is no command. Pure, but for `everyday_words`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
+from voz.language.phone_distances import PhoneDistances, read_distances
 from voz.language.pronunciation import PHONES
+from voz.language.similarity import loss_between
 
 Rivals = Mapping[str, Mapping[str, tuple[str, ...]]]
 """For each word the pronunciations that are one phone away, such as "K OW L D", and the words that
 are said so."""
+
+EVERYDAY = math.log(3e-6)
+"""Log-probability of a word, from which on it is an everyday one: so rare is the 10,000th."""
+
+MAX_NEIGHBORS = 5
+"""So many phrases are named for each command."""
 
 
 def find_rivals(pronunciations: Mapping[str, Collection[str]], cmudict: bytes) -> Rivals:
@@ -74,3 +83,42 @@ def decode_rivals(text: str) -> Rivals:
             raise ValueError(f"{phones!a} are not all phones")
         found.setdefault(word, {})[phones] = tuple(words.split())
     return found
+
+
+def everyday_words(words: Collection[str]) -> frozenset[str]:
+    """Those words that are common in the English of pocketsphinx's language model."""
+    import pocketsphinx
+
+    path = pocketsphinx.get_model_path("en-us/en-us.lm.bin")
+    logarithms = pocketsphinx.LogMath()
+    config = pocketsphinx.Config(lm=path, hmm=None, dict=None)
+    model = pocketsphinx.NGramModel(config, logarithms, path)
+    plain = (word for word in words if word.isalpha() and len(word) > 1)
+    return frozenset(word for word in plain if logarithms.log_to_ln(model.prob([word])) >= EVERYDAY)
+
+
+def neighbors(
+    command: str,
+    pronunciations: Mapping[str, Collection[str]],
+    rivals: Rivals,
+    allowed: Collection[str],
+    distances: PhoneDistances | None = None,
+) -> list[str]:
+    """Find what sounds most like a command with one word replaced, the nearest first.
+
+    Args:
+        command: its words.
+        pronunciations: of each of them, such as "F OW L D".
+        rivals: what `find_rivals` returns.
+        allowed: the words that may replace one.
+        distances: of the phones; None for those of English.
+    """
+    apart = distances or read_distances()
+    words = command.split()
+    losses = {}
+    for place, word in enumerate(words):
+        for said, others in rivals.get(word, {}).items():
+            loss = min(loss_between(w.split(), said.split(), apart) for w in pronunciations[word])
+            for other in set(others).intersection(allowed):
+                losses[" ".join((*words[:place], other, *words[place + 1 :]))] = loss
+    return sorted(losses, key=lambda phrase: (losses[phrase], phrase))[:MAX_NEIGHBORS]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from voz.language.similarity import SimilarPair, differing_sets
 
@@ -87,6 +87,20 @@ def similarity_table(pairs: Sequence[SimilarPair], every: bool = False) -> str:
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+    return "\n".join(lines)
+
+
+def neighbor_table(neighbors: Mapping[str, Sequence[str]], every: bool = False) -> str:
+    """Format what else sounds like each command; at most `MAX_REPORT_LINES` unless `every`."""
+    told = [(text, ", ".join(near)) for text, near in neighbors.items() if near]
+    if not told:
+        return "no everyday phrase is one sound away from a command"
+    rows = [("command", "one sound away, in everyday words; not all of them are refused"), *told]
+    shown = rows if every else rows[: MAX_REPORT_LINES + 1]
+    width = max(len(text) for text, _ in shown)
+    lines = [f"{text:{width}}  {near}" for text, near in shown]
+    if len(shown) < len(rows):
+        lines.append(f"and {len(rows) - len(shown)} more commands; `voz build-lm --alike --all`")
     return "\n".join(lines)
 
 

@@ -1,176 +1,131 @@
-"""How well another language is understood: the 14 commands of `examples/spanish` by espeak-ng.
+"""How well people who speak another language are understood: `python benchmarks/language.py DIR`.
 
-Run `python benchmarks/language.py DIR` on a copy of CMUSphinx's Spanish model and dictionary. Each
-command is said by each voice, and so are sentences that are no commands but sound like some.
+DIR has a `manifest.tsv` with the columns `path`, `text`, `speaker`, `kind` (`command` or another)
+and `language`. What is a command in a language is its list; everything else should be refused.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
+import csv
 import tempfile
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import product
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-import numpy as np
-import soundfile
-import soxr
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 
 from voz.api.recognizer import Recognizer
-from voz.audio import Samples
-from voz.audio.sound_files import to_int16
-from voz.config import load_config
+from voz.errors import ConfigError
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles
-from voz.language.spoken_language import add_language, find_sources, read_language
-from voz.recognition.engine import confidence_model
-from voz.recognition.thresholds import thresholds_of
-from voz.settings import Recognition
+from voz.language.sentences.spelling import first_wording
+from voz.language.spoken_language import configured_language
+from voz.settings import Recognition, SpokenLanguage
 
-SPANISH = Path(__file__).parent.parent / "examples" / "spanish"
+COMMAND = "command"
+"""The kind of what should be obeyed."""
 
-NEAR_MISSES = (
-    "gira",
-    "escucha la radio",
-    "deja de hablar",
-    "empieza a cantar",
-    "la cerveza",
-    "señala la puerta",
-    "recoge la mesa",
-    "más rápido",
-    "para qué sirve",
-    "espera un momento",
-    "avanzamos mucho",
-    "a la derecha",
-    "rota el papel",
-    "más despacio no se puede",
-    "la izquierda gana",
-    "compra el brazo",
-    "acelerador",
-    "buenos días",
-    "qué hora es",
-    "parada",
-)
-"""None of them a command; many begin or end as one."""
+ALL = "all"
 
 
-THRESHOLDS = (0.1, 0.2, 0.3, 0.5, 0.7)
+class Clip(NamedTuple):
+    """What somebody said in a recording."""
 
-
-class Voice(NamedTuple):
-    """A voice of espeak-ng, its pitch (0 to 99) and words a minute."""
-
-    name: str
-    pitch: int
-    speed: int
-
-
-VOICES = [
-    Voice(f"{language}{variant}", pitch, speed)
-    for (language, variant), (pitch, speed) in product(
-        product(("es", "es-419"), ("", "+f3")), ((50, 130), (50, 165), (80, 150))
-    )
-]
-
-
-def spoken(text: str, voice: Voice, folder: Path) -> Samples:
-    """Let a voice say a text, with half a second of a quiet room before and behind it."""
-    wav = folder / "said.wav"
-    how = ["-v", voice.name, "-p", str(voice.pitch), "-s", str(voice.speed), "-w", str(wav)]
-    subprocess.run(["espeak-ng", *how, "--stdin"], input=text.encode(), check=True)
-    sound, rate = soundfile.read(wav, dtype="float32")
-    quiet = np.zeros(8000, np.float32)
-    loud = np.concatenate([quiet, soxr.resample(sound, rate, 16000) * 0.5, quiet])
-    room = np.random.default_rng(0).normal(0, 3e-4, len(loud))
-    return to_int16(loud + room)
-
-
-def built(given: Path, folder: Path) -> LanguageFiles:
-    """Make the language files of the example with a copy of a language."""
-    os.environ["XDG_DATA_HOME"] = str(folder)
-    add_language(given, "es")
-    os.chdir(SPANISH)  # its settings name the rules from there
-    sources = find_sources(load_config(Path("voz.toml")).language)
-    assert sources
-    commands = Path("comandos.txt")
-    build(commands, folder / "lm", read_list(commands, read_language(sources)))
-    return LanguageFiles(folder / "lm")
-
-
-class Said(NamedTuple):
-    """A text that was said, what was heard, how surely, and whether it was obeyed."""
-
+    path: Path
     text: str
-    heard: str
-    confidence: float
-    obeyed: bool
-
-    @property
-    def is_right(self) -> bool:
-        """Whether it was understood."""
-        return self.text == self.heard
+    speaker: str
+    is_command: bool
+    language: str
 
 
-def judged(
-    recognizer: Recognizer, texts: Sequence[str], voices: Sequence[Voice], folder: Path
-) -> list[Said]:
-    """Let all voices say all texts."""
-    found = []
-    for voice, text in product(voices, texts):
-        heard = list(recognizer.utterances([spoken(text, voice, folder)], ""))
-        words = " / ".join(u.text for u in heard)
-        sure = max((u.confidence for u in heard), default=0.0)
-        found.append(Said(text, words, sure, any(u.accepted for u in heard)))
-    return found
+class Heard(NamedTuple):
+    """A recording, whether its text was heard, and what was obeyed; empty if nothing was."""
+
+    clip: Clip
+    is_right: bool
+    obeyed: str
 
 
-def report(commands: Sequence[Said], others: Sequence[Said]) -> Iterator[str]:
-    """The figures, a line each."""
-    right = [said for said in commands if said.is_right]
-    obeyed = sum(said.obeyed for said in right)
-    wrongly = sum(said.obeyed for said in commands if not said.is_right)
-    refused = sum(not said.obeyed for said in others)
-    yield f"commands: {len(right)} of {len(commands)} right, {obeyed} right and accepted,"
-    yield f"  {wrongly} taken for another and accepted"
-    yield f"near-misses: {refused} of {len(others)} refused"
-    for least in THRESHOLDS:
-        kept = sum(said.confidence >= least for said in right)
-        more = sum(said.confidence < least for said in others)
-        yield f"  at threshold {least}: {kept} right and accepted, {more} near-misses refused"
-    lost = Counter(said.text for said in commands if not (said.is_right and said.obeyed))
-    yield "lost most: " + ", ".join(f"{text} {count}" for text, count in lost.most_common(5))
+def read_clips(manifest: Path) -> list[Clip]:
+    """Read a manifest."""
+    with manifest.open(encoding="utf-8", newline="") as lines:
+        rows = list(csv.DictReader(lines, delimiter="\t"))
+    if missing := {"path", "text", "speaker", "kind", "language"} - set(rows[0] if rows else ()):
+        raise ConfigError(f"{manifest}: has no column {min(missing)}; see the help")
+    return [
+        Clip(
+            manifest.parent / row["path"],
+            first_wording(row["text"]),
+            row["speaker"],
+            row["kind"] == COMMAND,
+            row["language"],
+        )
+        for row in rows
+    ]
+
+
+def recognizer_for(clips: Sequence[Clip], language: str, folder: Path) -> Recognizer:
+    """Load a recognizer for the commands of a language."""
+    listed = folder / f"{language}.txt"
+    commands = dict.fromkeys(clip.text for clip in clips if clip.is_command)
+    listed.write_text("".join(f"{text}\n" for text in commands), encoding="utf-8")
+    spoken = configured_language(SpokenLanguage(name=language))
+    build(listed, folder / language, read_list(listed, spoken))
+    return Recognizer(LanguageFiles(folder / language), Recognition())
+
+
+def heard_in(recognizer: Recognizer, clip: Clip) -> Heard:
+    """Recognize a recording."""
+    found = [u for u in recognizer.decode(clip.path) if u.text]
+    texts = [u.text for u in found]
+    obeyed = " / ".join(u.text for u in found if u.accepted)
+    return Heard(clip, clip.is_command and texts == [clip.text], obeyed)
+
+
+def table(language: str, heard: Sequence[Heard]) -> Iterator[str]:
+    """A row for each speaker of a language, then one for all."""
+    speakers = sorted({each.clip.speaker for each in heard})
+    for speaker in (*speakers, ALL):
+        own = [each for each in heard if speaker in (ALL, each.clip.speaker)]
+        commands = [each for each in own if each.clip.is_command]
+        right = sum(each.is_right for each in commands)
+        accepted = sum(each.is_right and each.obeyed == each.clip.text for each in commands)
+        wrong = sum(each.obeyed not in ("", each.clip.text) for each in commands)
+        others = [each for each in own if not each.clip.is_command]
+        cells = (
+            _share(right, len(commands)),
+            _share(accepted, len(commands)),
+            f"{wrong}" if commands else "",
+            f"{sum(bool(each.obeyed) for each in others)} of {len(others)}" if others else "",
+        )
+        yield f"| {language} | {speaker} | {len(commands)} | {' | '.join(cells)} |"
+
+
+def _share(count: int, of: int) -> str:
+    return f"{count / of:.3f}" if of else ""
 
 
 def main(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A model and a dictionary.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Holds a manifest.tsv.")],
     every: Annotated[bool, typer.Option("--all", help="Show each one that went wrong.")] = False,
-    most: Annotated[
-        int, typer.Option("--voices", metavar="N", min=1, help="The first so many voices alone.")
-    ] = len(VOICES),
 ) -> None:
-    """Print how many commands are right, how many of them are obeyed, and near-misses too."""
-    settings = Recognition(never_missed=("para",))
-    with tempfile.TemporaryDirectory(prefix="voz-") as work:
-        files = built(folder.resolve(), Path(work))
-        recognizer = Recognizer(files, settings)
-        least = thresholds_of(confidence_model(recognizer), settings)
-        voices = VOICES[:most]
-        print(
-            f"{machine()}; {len(voices)} of {len(VOICES)} voices; accepted from {least.usual:.2f}"
-        )
-        commands = judged(recognizer, recognizer.commands.listed, voices, Path(work))
-        others = judged(recognizer, NEAR_MISSES, voices, Path(work))
-    for line in report(commands, others):
-        print(line)
-    for said in [*commands, *others] if every else ():
-        if said.is_right != said.obeyed:
-            print(f"{said.text}: {said.heard} {said.confidence}", "accepted" * said.obeyed)
+    """Print how many commands are right, how many of them are obeyed, and what else is obeyed."""
+    with one_line_errors(), tempfile.TemporaryDirectory(prefix="voz-") as work:
+        clips = read_clips(folder / "manifest.tsv")
+        print(f"{machine()}\n")
+        print("| language | speaker | commands | right | and accepted | wrong | others obeyed |")
+        print("|---|---|---|---|---|---|---|")
+        wrong = []
+        for language in sorted({clip.language for clip in clips}):
+            own = [clip for clip in clips if clip.language == language]
+            recognizer = recognizer_for(own, language, Path(work))
+            heard = [heard_in(recognizer, clip) for clip in own]
+            print(*table(language, heard), sep="\n", flush=True)
+            wrong += [h for h in heard if h.obeyed != (h.clip.text if h.clip.is_command else "")]
+    for each in wrong if every else ():
+        print(f"{each.clip.path.name} {each.clip.text}: {each.obeyed or 'refused'}")
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ from voz.language.pronunciation import (
     GUESSES,
     LexiconEntry,
     dictionary_entries,
+    ipa_entries,
     read_cmudict,
 )
 from voz.language.rival_words import Rivals, encode_rivals, find_rivals
@@ -114,7 +115,7 @@ def generate(
         rivals: what sounds much like its words; None if that is not known.
     """
     files = LanguageFiles(Path())
-    log = (f"{word}\t{e.origin}\t{phones}" for word, e in entries.items() for phones in e.phones)
+    log = (f"{w}\t{e.origin}\t{way}" for w, e in entries.items() for way in e.ipa or e.phones)
     contents = {
         files.dictionary: _lines(_dictionary(entries)),
         files.lm: arpa(sentences),
@@ -127,6 +128,8 @@ def generate(
         contents[files.templates] = templates
     if spoken is not None:
         contents[files.spoken] = spoken
+    if ipa := [f"{word}\t{phones}" for word, phones in ipa_entries(entries)]:
+        contents[files.ipa] = _lines(ipa)
     if plain_source is not None:
         contents[files.source] = plain_source
     if rivals is not None:
@@ -166,9 +169,10 @@ def _rivals(entries: Mapping[str, LexiconEntry]) -> Rivals:
 
 
 def _as_json(spoken: LanguageInfo, out: Path) -> str:
-    model = Path(spoken.acoustic_model or "")
-    if not model.is_absolute():  # the settings name it from the current folder
-        spoken = replace(spoken, acoustic_model=os.path.relpath(model.absolute(), out.absolute()))
+    model = spoken.acoustic_model
+    if model and not Path(model).is_absolute():  # the settings name it from the current folder
+        model = os.path.relpath(Path(model).absolute(), out.absolute())
+        spoken = replace(spoken, acoustic_model=model)
     return f"{msgspec.json.encode(spoken).decode()}\n"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
+from voz.language.espeak import pronounce_by_espeak
 from voz.language.formats.command_list import (
     CommandList,
     files_of_folder,
@@ -188,11 +189,13 @@ def pronounce_words(
         CommandsError: nobody knows how to say one of them.
     """
     own = folder / PRONUNCIATIONS_FILE if folder else None
-    phones = language.spoken.phones if language else None
+    phones = language.phones if language else None
     user = (
         parse_pronunciations(read_user_file(own), str(own), phones) if own and own.exists() else {}
     )
-    if language:
+    if language and language.dictionary is None:
+        return pronounce_by_espeak(places, user, language.spoken.name)
+    if language and language.dictionary is not None:
         return pronounce_from(places, user, language.dictionary, language.rules)
     check_english(places)
     capitals = words_in_capitals(text.decode(errors="replace") for text in texts)

@@ -19,6 +19,7 @@ from voz.errors import CommandsError, LanguageError
 from voz.files import is_file, read_bytes, read_json, sha256, shown_path
 from voz.language.formats.command_list import parse_commands, read_file_or_names
 from voz.language.grammar import jsgf
+from voz.language.ipa import known_phones
 from voz.language.ngram import check_arpa
 from voz.language.pronunciation import PHONES
 from voz.language.rival_words import Rivals, decode_rivals
@@ -94,6 +95,11 @@ class LanguageFiles:
         return self.folder / f"{FILE_STEM}.language"
 
     @property
+    def ipa(self) -> Path:
+        """The pronunciations for the network; missing for English, and for another model."""
+        return self.folder / f"{FILE_STEM}.ipa"
+
+    @property
     def source(self) -> Path:
         """Where a plain list is that is not beside the files; else missing."""
         return self.folder / f"{FILE_STEM}.source"
@@ -106,7 +112,7 @@ class LanguageFiles:
     @property
     def optional(self) -> tuple[Path, ...]:
         """All that is generated from some lists only."""
-        return (self.templates, self.spoken, self.source, self.rival_words)
+        return (self.templates, self.spoken, self.ipa, self.source, self.rival_words)
 
     @property
     def generated(self) -> tuple[Path, ...]:
@@ -203,6 +209,13 @@ def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
     """The phones of each word; variants are words, as `the(2)`. Raises LanguageError."""
     phones = read_language_info(files).phones
     return parse_dictionary(read_plain_text(files.dictionary), files.dictionary, phones=phones)
+
+
+def read_ipa(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
+    """The same by phones of another language, for the network; empty if there are none."""
+    if not files.ipa.exists():
+        return {}
+    return parse_dictionary(read_plain_text(files.ipa), files.ipa, phones=known_phones())
 
 
 def read_language_info(files: LanguageFiles) -> LanguageInfo:

@@ -134,16 +134,27 @@ class LexiconEntry:
     Attributes:
         phones: its pronunciations, the usual one first, each such as "K OW L AH".
         origin: where they come from, for people to read.
+        ipa: those of another language, for the network; `phones` are the nearest English ones.
     """
 
     phones: tuple[str, ...]
     origin: str
+    ipa: tuple[str, ...] = ()
 
 
 def dictionary_entries(entries: Mapping[str, LexiconEntry]) -> Iterator[tuple[str, str]]:
     """Yield the words with their phones; a further pronunciation is a variant, as `the(2)`."""
-    for word, entry in entries.items():
-        for number, phones in enumerate(entry.phones, start=1):
+    yield from _numbered({word: entry.phones for word, entry in entries.items()})
+
+
+def ipa_entries(entries: Mapping[str, LexiconEntry]) -> Iterator[tuple[str, str]]:
+    """The same for the phones of another language."""
+    yield from _numbered({word: entry.ipa for word, entry in entries.items()})
+
+
+def _numbered(ways: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[str, str]]:
+    for word, each in ways.items():
+        for number, phones in enumerate(each, start=1):
             yield word if number == 1 else f"{word}({number})", phones
 
 

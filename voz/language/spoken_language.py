@@ -1,6 +1,7 @@
 """The spoken language: English, or another one that the settings name. Does I/O.
 
-voz brings none but English: the models of others have licenses of their own.
+Words of another one are pronounced by espeak-ng, or by an acoustic model and a dictionary of the
+user: voz brings none, as each has a license of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import msgspec
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, sha256, shown_path
 from voz.language.dictionaries import LetterRules, read_dictionary, read_rules
+from voz.language.ipa import known_phones
 from voz.language.phone_distances import PhoneDistances, read_distances
 from voz.settings import SpokenLanguage
 
@@ -35,15 +37,15 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
         acoustic_model: the folder of the model, relative to that of the language files or absolute;
             None is pocketsphinx's English model.
         model: the SHA-256 of the model; empty for pocketsphinx's own.
-        frames: how many frames of 10 ms each phone lasts.
-        apart: what a frame of one phone loses, in nats, if it is taken for another.
+        frames: how many frames of 10 ms each phone lasts; of pocketsphinx's model it is known.
+        apart: what a frame of one phone loses, in nats, if it is taken for another; as before.
     """
 
     name: str
-    acoustic_model: str | None
-    model: str
-    frames: dict[str, float]
-    apart: dict[str, dict[str, float]]
+    acoustic_model: str | None = None
+    model: str = ""
+    frames: dict[str, float] = {}
+    apart: dict[str, dict[str, float]] = {}
 
     @property
     def is_english(self) -> bool:
@@ -63,12 +65,12 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
     @cached_property
     def phones(self) -> frozenset[str]:
         """The names of the phones."""
-        return frozenset(self.frames)
+        return frozenset(self.distances.frames)
 
     @cached_property
     def distances(self) -> PhoneDistances:
         """How far apart the phones are."""
-        return PhoneDistances(self.frames, self.apart)
+        return read_distances() if not self.frames else PhoneDistances(self.frames, self.apart)
 
     def folder(self, language: Path) -> Path:
         """Return the folder of the acoustic model; `language` is that of the language files."""
@@ -119,22 +121,41 @@ class OtherLanguage:
 
     Attributes:
         spoken: its acoustic model and phones.
-        dictionary: the pronunciations of each word.
+        dictionary: the pronunciations of each word; None if espeak-ng knows them.
         rules: letter-to-sound rules for other words; None without.
     """
 
     spoken: LanguageInfo
-    dictionary: Mapping[str, tuple[str, ...]]
-    rules: LetterRules | None
+    dictionary: Mapping[str, tuple[str, ...]] | None = None
+    rules: LetterRules | None = None
+
+    @property
+    def phones(self) -> frozenset[str]:
+        """The phones that a pronunciation may have."""
+        return known_phones() if self.dictionary is None else self.spoken.phones
+
+
+def is_english(settings: SpokenLanguage) -> bool:
+    """Whether settings name English and no model of it."""
+    named = settings.name.lower() in ENGLISH_NAMES
+    return settings == SpokenLanguage() or (named and not _has_model(settings))
+
+
+def _has_model(settings: SpokenLanguage) -> bool:
+    """Whether settings name a model of a language, or a copy was added."""
+    named = (settings.acoustic_model, settings.dictionary, settings.pronunciations)
+    return named != (None, None, None) or _folder_of(settings.name).exists()
 
 
 def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
-    """Find what the settings name, and the rest in the copy that was added; None is English.
+    """Find the model that the settings name, and the rest in the copy that was added.
+
+    None if there is none, as for English, or a language that espeak-ng pronounces.
 
     Raises:
         ConfigError: something is missing.
     """
-    if settings == SpokenLanguage():
+    if not _has_model(settings):
         return None
     copy = _folder_of(settings.name)
     model = _given(settings.acoustic_model, copy / MODEL_FOLDER, "acoustic_model", settings.name)
@@ -149,8 +170,10 @@ def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
 
 def configured_language(settings: SpokenLanguage) -> OtherLanguage | None:
     """Read the language that the settings name; None is English."""
+    if is_english(settings):
+        return None
     sources = find_sources(settings)
-    return read_language(sources) if sources else None
+    return read_language(sources) if sources else OtherLanguage(LanguageInfo(settings.name))
 
 
 def read_language(sources: LanguageSources) -> OtherLanguage:
@@ -268,14 +291,14 @@ def _folder_of(name: str) -> Path:
 
 def check_same_language(spoken: LanguageInfo, settings: SpokenLanguage, folder: Path) -> None:
     """Raise LanguageError for language files of another language than the settings name."""
-    sources = find_sources(settings)
-    if sources is None:
+    if is_english(settings):
         return
-    same = spoken.name == sources.name and spoken.model == model_digest(sources.acoustic_model)
-    if not same:
+    sources = find_sources(settings)
+    digest = model_digest(sources.acoustic_model) if sources else ""
+    if (spoken.name, spoken.model) != (settings.name, digest):
         raise LanguageError(
-            f"{shown_path(folder)}: made for {spoken.name}, and [language] says {sources.name}"
-            + ("" if spoken.name != sources.name else " by another acoustic model")
+            f"{shown_path(folder)}: made for {spoken.name}, and [language] says {settings.name}"
+            + ("" if spoken.name != settings.name else " by another acoustic model")
             + "; make the language files again with `voz build-lm`"
         )
 

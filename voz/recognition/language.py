@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from voz.language.language_files import (
     check_files,
     list_sources,
     read_commands,
+    read_ipa,
     read_language_info,
     read_pronunciations,
     read_rival_words,
@@ -37,6 +38,7 @@ class Language:
         pronunciations: the same, with British ones.
         spoken: which language it is, and its acoustic model.
         rivals: what sounds much like the words of the commands.
+        ipa: the pronunciations for the network, of a language that has others for pocketsphinx.
         guessed: words that no dictionary has, beside those of the commands.
     """
 
@@ -46,12 +48,18 @@ class Language:
     pronunciations: Mapping[str, Phones]
     spoken: LanguageInfo
     rivals: Rivals
+    ipa: Mapping[str, Phones] = field(default_factory=dict)
     guessed: frozenset[str] = frozenset()
 
     @cached_property
     def pocketsphinx_words(self) -> Mapping[str, Phones]:
         """The pronunciations that pocketsphinx needs, with the rounded vowel."""
         return with_rounded(self.pronunciations) if self.spoken.is_english else self.pronunciations
+
+    @property
+    def network_words(self) -> Mapping[str, Phones]:
+        """The pronunciations that the network hears; empty if it does not know the language."""
+        return self.pronunciations if self.spoken.is_english else self.ipa
 
 
 def load_language(files: LanguageFiles) -> Language:
@@ -62,7 +70,8 @@ def load_language(files: LanguageFiles) -> Language:
     check_acoustic_model(spoken, files.folder)
     said = with_british(dictionary) if spoken.is_english else dictionary
     rivals = read_rival_words(files)
-    return Language(files, read_commands(files), dictionary, said, spoken, rivals)
+    ipa = read_ipa(files)
+    return Language(files, read_commands(files), dictionary, said, spoken, rivals, ipa)
 
 
 MAX_NEVER_MISSED = 8

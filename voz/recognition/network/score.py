@@ -16,6 +16,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
 from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
+from voz.language.ipa import in_english
 from voz.language.language_files import LanguageFiles
 from voz.language.rival_words import Rivals
 from voz.language.sentences.automaton import Automaton
@@ -301,11 +302,17 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
 
     Raises:
         ConfigError: the file of weights cannot be used.
-        UnknownNetworkError: it is not English; other phones may have English names.
+        UnknownNetworkError: it does not know the phones of the language; those of a model of the
+            user's may have English names.
     """
-    if not language.spoken.is_english:
-        raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
-    return PhonemeScorer(spellings(language.pronunciations), network, language.rivals)
+    if not language.network_words:
+        raise UnknownNetworkError(f"it does not know the phones of {language.spoken.name}")
+    symbols = read_phone_symbols()
+    words = {
+        word: [in_english(way, symbols) for way in ways]
+        for word, ways in spellings(language.network_words).items()
+    }
+    return PhonemeScorer(words, network, language.rivals)
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:

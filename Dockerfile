@@ -9,6 +9,7 @@ FROM debian:bookworm-slim
 RUN apt-get update \
     && apt-get install -y --no-install-recommends \
         festival \
+        espeak-ng \
         festvox-kallpc16k \
         libasound2-plugins \
         libportaudio2 \

@@ -16,8 +16,8 @@ cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
 constraints=${CONSTRAINTS:-constraints.txt}
 extra=
-packages="festival festvox-kallpc16k libportaudio2"
-why="festival and its voice speak the replies, PortAudio plays them"
+packages="festival festvox-kallpc16k libportaudio2 espeak-ng"
+why="festival and its voice speak the replies, PortAudio plays them, espeak-ng knows other languages"
 ros1=
 if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
     ros1="python3-rospy python3-std-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs"
@@ -30,7 +30,7 @@ case "${1:-}" in
 esac
 if [ "${1:-}" = tests ]; then
     extra="[dev]"
-    packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
+    packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd chromium"
     packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index"
     why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, ffmpeg,"

@@ -13,15 +13,18 @@ from voz.language.command_source import read_list
 from voz.language.language_files import (
     LanguageFiles,
     check_files,
+    read_ipa,
     read_language_info,
     read_pronunciations,
 )
 from voz.language.spoken_language import (
+    LanguageInfo,
     OtherLanguage,
     add_language,
     added_languages,
     check_acoustic_model,
     check_same_language,
+    configured_language,
     find_sources,
     read_language,
 )
@@ -92,9 +95,45 @@ def test_a_name_that_is_no_folder_is_refused(name: str, given: Path) -> None:
         add_language(given, name)
 
 
-def test_a_language_that_nobody_added_says_how(given: Path) -> None:
+def test_a_language_of_which_only_a_part_is_named_says_how_to_add_it(given: Path) -> None:
     with pytest.raises(ConfigError, match="voz language add"):
-        find_sources(SpokenLanguage(name="es"))
+        find_sources(SpokenLanguage(name="es", dictionary="es.dic"))
+
+
+def test_a_language_that_nobody_added_is_pronounced_by_espeak_ng(
+    given: Path, tmp_path: Path
+) -> None:
+    settings = SpokenLanguage(name="es")
+    assert find_sources(settings) is None
+    language = configured_language(settings)
+    build(listed(tmp_path), tmp_path / "lm", read_list(listed(tmp_path), language))
+    files = LanguageFiles(tmp_path / "lm")
+    check_files(files)
+    assert read_pronunciations(files)["gira"] == ("HH", "IY", "R", "AA")
+    assert read_ipa(files)["gira"] == ("x", "i", "ɾ", "a")
+    info = read_language_info(files)
+    assert (info.name, info.code, info.is_english) == ("es", "es", False)
+    assert info.uses_default_model
+    check_same_language(info, settings, files.folder)
+    with pytest.raises(LanguageError, match=r"made for es, and \[language\] says fr"):
+        check_same_language(info, SpokenLanguage(name="fr"), files.folder)
+    assert stale_files(listed(tmp_path), files.folder, read_list(listed(tmp_path), language)) == []
+    build(listed(tmp_path, "go back\nstop\n"), files.folder)
+    assert read_ipa(files) == {}
+
+
+def test_files_by_espeak_ng_are_none_for_a_model_that_was_added_since(
+    given: Path, tmp_path: Path
+) -> None:
+    spoken = LanguageInfo("es")
+    add_language(given, "es")
+    with pytest.raises(LanguageError, match="by another acoustic model"):
+        check_same_language(spoken, SpokenLanguage(name="es"), tmp_path)
+
+
+@pytest.mark.parametrize("name", ["English", "en", "EN"])
+def test_english_needs_no_espeak_ng(name: str, given: Path) -> None:
+    assert configured_language(SpokenLanguage(name=name)) is None
 
 
 def test_language_files_keep_the_model_and_phones_of_their_language(

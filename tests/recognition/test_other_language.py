@@ -18,7 +18,7 @@ from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles
-from voz.language.spoken_language import find_sources, read_language
+from voz.language.spoken_language import configured_language, find_sources, read_language
 from voz.recognition.language import Language, load_language
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import scorer_for, why_missing
@@ -51,9 +51,9 @@ def in_spanish(files: LanguageFiles) -> Language:
     return load_language(files)
 
 
-def said(text: str, folder: Path) -> Samples:
-    """A text in Spanish, with a quiet room around it."""
-    render(text, "espeak-ng:es", folder / "said.wav")
+def said(text: str, folder: Path, language: str = "es") -> Samples:
+    """A text in another language, with a quiet room around it."""
+    render(text, f"espeak-ng:{language}", folder / "said.wav")
     sound, rate = soundfile.read(folder / "said.wav", dtype="float32")
     whole = np.pad(soxr.resample(sound, rate, 16000) * 0.5, 8000)
     room = np.random.default_rng(0).normal(0, 3e-4, len(whole))
@@ -79,9 +79,49 @@ def test_the_network_steps_aside_by_the_language_and_not_by_the_names_of_phones(
     scorer_for(loaded)
     spoken = loaded.spoken
     same_phones = type(spoken)("es", spoken.acoustic_model, "", spoken.frames, spoken.apart)
-    with pytest.raises(UnknownNetworkError, match="English alone, and this is es"):
+    with pytest.raises(UnknownNetworkError, match="does not know the phones of es"):
         scorer_for(dataclasses.replace(loaded, spoken=same_phones))
-    assert why_missing(files) == "it knows English alone, and this is es"
+    assert why_missing(files) == "it does not know the phones of es"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("language", "commands", "others"),
+    [
+        ("es", ("para", "avanza", "gira a la izquierda"), ("buenos días", "qué hora es")),
+        ("fr", ("arrête toi", "tourne à gauche"), ("il fait beau", "bonjour à tous")),
+    ],
+)
+def test_the_network_decides_where_espeak_ng_pronounces(
+    language: str, commands: tuple[str, ...], others: tuple[str, ...], tmp_path: Path
+) -> None:
+    listed = tmp_path / "list.txt"
+    listed.write_text("\n".join(commands), encoding="utf-8")
+    spoken = configured_language(SpokenLanguage(name=language))
+    build(listed, tmp_path / "lm", read_list(listed, spoken))
+    files = LanguageFiles(tmp_path / "lm")
+    assert why_missing(files) is None
+    recognizer = Recognizer(files, Recognition(never_missed=commands[:1]))
+    for text in commands:
+        (heard,) = recognizer.utterances([said(text, tmp_path, language)], "")
+        assert (heard.text, heard.accepted) == (text, True)
+        assert heard.score is not None
+    for text in others:
+        heard = list(recognizer.utterances([said(text, tmp_path, language)], ""))
+        assert not any(utterance.accepted for utterance in heard)
+
+
+def test_phones_without_symbols_are_split_or_become_english_ones(tmp_path: Path) -> None:
+    (tmp_path / "list.txt").write_text("pizza\nokay\n", encoding="utf-8")
+    (tmp_path / "pronunciations.txt").write_text("pizza p i ts a\nokay oʊ K eɪ\n")  # noqa: RUF001
+    language = configured_language(SpokenLanguage(name="it"))
+    build(tmp_path / "list.txt", tmp_path / "lm", read_list(tmp_path / "list.txt", language))
+    loaded = load_language(LanguageFiles(tmp_path / "lm"))
+    assert loaded.dictionary["pizza"] == ("P", "IY", "T", "S", "AA")
+    assert loaded.ipa["pizza"] == ("p", "i", "ts", "a")
+    assert loaded.dictionary["okay"] == ("OW", "K", "EY")
+    network = scorer_for(loaded)
+    assert (network.count_phones("pizza"), network.count_phones("okay")) == (5, 3)
 
 
 def test_the_settings_of_the_example_are_whole() -> None:

@@ -14,19 +14,24 @@ from pathlib import Path
 from voz.language.pronunciation import PHONES
 from voz.language.sentences.spelling import compose_accents
 
-PHONES_FILE = Path(__file__).with_name("ipa_phones.tsv")
+PHONES_FILE = Path(__file__).with_name("nearest_english.tsv")
 """The nearest English phones of each phone that espeak-ng has in Spanish, French, Italian, German
 and Portuguese."""
 
 _NOT_A_PHONE = re.compile(r"\([a-z-]+\)|[ˈˌːʲʔ?-]")
 """Stress, length, and what language a foreign word is of."""
 
+_TWICE = re.compile(r"(\w)\1")
+"""A long phone of Italian."""
+
 
 @cache
 def nearest_english() -> Mapping[str, tuple[str, ...]]:
     """Read the nearest English phones of each phone."""
     lines = PHONES_FILE.read_text(encoding="utf-8").splitlines()
-    return {phone: tuple(near.split()) for phone, _, near in (line.partition("\t") for line in lines)}
+    return {
+        phone: tuple(near.split()) for phone, _, near in (line.partition("\t") for line in lines)
+    }
 
 
 @cache
@@ -36,9 +41,9 @@ def known_phones() -> frozenset[str]:
 
 
 def parse_phones(written: str) -> tuple[str, ...]:
-    """The phones that espeak-ng writes for a word, such as `a_β_ˈa_n_θ_a`."""
-    plain = _NOT_A_PHONE.sub("", compose_accents(written))
-    return tuple(re.split(r"[_ ]+", plain.strip("_ "))) if plain.strip("_ ") else ()
+    """The phones that espeak-ng writes for a word, such as `k_w_ˈa_t_ɾ_o`."""  # noqa: RUF002
+    plain = _TWICE.sub(r"\1", _NOT_A_PHONE.sub("", compose_accents(written)))
+    return tuple(phone for phone in re.split("[_ ]+", plain) if phone)
 
 
 def in_english(phones: Iterable[str], kept: Collection[str] = PHONES) -> tuple[str, ...]:

@@ -5,8 +5,9 @@ The score of a command adds up over its phones, in nats, wherever in the sound t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,6 +41,12 @@ from voz.recognition.network.rival_words import RivalWords
 
 PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa.tsv")
 """The symbols of the network for each phone of the dictionary."""
+
+OTHER_PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa_phones.tsv")
+"""The same for the phones of other languages."""
+
+LETTER = re.compile(r".[\u0300-\u036f]*")
+"""Of a phone, with the signs put to it."""
 
 MIN_PROBABILITY = 1e-10
 """Floor of the probability of a phone."""
@@ -157,7 +164,9 @@ class PhonemeScorer:
         """
         self._network = load_network(network)
         known = {word: list(spelled) for word, spelled in spellings.items()}
-        symbols = read_phone_symbols()
+        symbols = {**read_phone_symbols()}
+        if any(phone not in symbols for ways in known.values() for way in ways for phone in way):
+            symbols |= read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)
         if lacking := {s for sounds in symbols.values() for s in sounds} - {*self._network.symbols}:
             raise ConfigError(f"{network}: has no symbol {min(lacking)}; {NETWORK_ADVICE}")
         unknown = {p for spelled in known.values() for phones in spelled for p in phones}
@@ -307,11 +316,9 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
     """
     if not language.network_words:
         raise UnknownNetworkError(f"it does not know the phones of {language.spoken.name}")
-    symbols = read_phone_symbols()
-    words = {
-        word: [in_english(way, symbols) for way in ways]
-        for word, ways in spellings(language.network_words).items()
-    }
+    words = spellings(language.network_words)
+    if language.ipa:
+        words = {word: [*map(_with_symbols, ways)] for word, ways in words.items()}
     return PhonemeScorer(words, network, language.rivals)
 
 
@@ -328,9 +335,23 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
     return None
 
 
-def read_phone_symbols() -> dict[str, list[str]]:
+def _with_symbols(phones: Sequence[str]) -> tuple[str, ...]:
+    """Replace the phones that have no symbols: by their letters, as `ts`, or nearest English ones.
+
+    English phones of other languages' words stand for themselves.
+    """
+    known = {*read_phone_symbols(), *read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)}
+    split: list[str] = []
+    for phone in phones:
+        letters = LETTER.findall(phone)
+        split += letters if phone not in known and known.issuperset(letters) else [phone]
+    return in_english(split, known)
+
+
+@cache
+def read_phone_symbols(file: Path = PHONE_SYMBOLS_FILE) -> Mapping[str, list[str]]:
     """Read the symbols of the network for each phone of the dictionary."""
-    lines = PHONE_SYMBOLS_FILE.read_text(encoding="utf-8").splitlines()
+    lines = file.read_text(encoding="utf-8").splitlines()
     return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
 
 

@@ -14,6 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.records import CheckedRecord, Finite, Fraction, Int16, Int64
+from voz.texts.tables import ENGLISH, text
 
 YES, NO = "yes", "no"
 """What may be said to a question."""
@@ -395,22 +396,26 @@ START_SPEECH = "start speech"
 """What begins the listening, if the list has no other command for it."""
 
 
-def explain(reason: Reason, between: tuple[str, str] | None) -> str:
-    """Say in words why an utterance is not accepted."""
+def explain(reason: Reason, between: tuple[str, str] | None, language: str = ENGLISH) -> str:
+    """Say in words of a language why an utterance is not accepted."""
     if between:
-        return f'unsure between "{between[0]}" and "{between[1]}"'
-    return reason.replace("_", " ")
+        one, other = between
+        return text('unsure between "{one}" and "{other}"', language, one=one, other=other)
+    return text(reason.replace("_", " "), language)
 
 
-def explain_not_obeyed(utterance: Utterance) -> str:
-    """Say in words why an utterance is not obeyed, and what may have been meant."""
+def explain_not_obeyed(utterance: Utterance, language: str = ENGLISH) -> str:
+    """Say in words of a language why an utterance is not obeyed, and what may have been meant."""
     if utterance.meant:
-        return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
+        why = explain("not_a_command", None, language)
+        return text('{why}; did you mean "{meant}"?', language, why=why, meant=utterance.meant)
     if utterance.ignored == "not_listening" and utterance.say_first != "":
-        return f'not obeyed: say "{utterance.say_first or START_SPEECH}" first'
+        first = utterance.say_first or START_SPEECH
+        return text('not obeyed: say "{command}" first', language, command=first)
     if utterance.ignored:
-        return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
-    return explain(utterance.reason or "not_a_command", utterance.between)
+        why = text(IGNORED_IN_WORDS[utterance.ignored], language)
+        return text("not obeyed: {why}", language, why=why)
+    return explain(utterance.reason or "not_a_command", utterance.between, language)
 
 
 def evidence_in_words(score: float | None, next_best: str | None) -> str:

@@ -71,14 +71,20 @@ def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(
         typed = unicodedata.normalize(form, "Más despacio.")
         (parsed,) = spanish_voz("parse", typed, "--json").json
         assert (parsed["text"], parsed["command"]) == ("más despacio", "más despacio")
-    (robot / "said.txt").write_text("empieza a escuchar\navanza\npara\nMÁS DESPACIO\n")
+    (robot / "said.txt").write_text("avanza\nempieza a escuchar\navanza\npara\nMÁS DESPACIO\n")
     run = spanish_voz("run", "--text", "said.txt", "--no-sound")
     assert run.code == 0, run.err
     said = [line.split(maxsplit=2)[2] for line in run.out.splitlines()]
-    at = said.index('heard    "para" (1.00)')
-    assert said[at + 1] == "robot stands still"
-    assert 'robot says "te escucho"' in said
-    assert 'heard    "más despacio" (1.00)' in said
+    at = said.index('oído     "para" (1.00)')
+    assert said[at + 1] == "el robot está parado"
+    assert "el robot dice «te escucho»" in said
+    assert 'ignorado "avanza" (1.00), no obedecido: di antes «empieza a escuchar»' in said
+    unknown = spanish_voz("parse", "avanzo", "y la luna").out.splitlines()
+    assert unknown == [
+        "«avanzo»: no es una orden; ¿querías decir «avanza»?",
+        "«y la luna»: no es una orden",
+    ]
+    assert 'oído     "más despacio" (1.00)' in said
 
 
 def test_without_the_language_the_list_is_refused_with_what_to_do(spanish_voz: Call) -> None:

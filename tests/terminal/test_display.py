@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
+import re
 from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
 
 from voz.events import Notice, Partial, Reply, SelectedObject, Twist, Utterance
-from voz.terminal.display import MAX_LINES, Display
+from voz.terminal.display import KEYS_HELP, MAX_LINES, TYPING_HELP, Display
+from voz.texts import tables as texts
 
 
 def shown(display: Display, colors: bool = False) -> str:
@@ -28,10 +30,11 @@ def a_display(
     typing: str = "",
     name: str = "",
     wake: str = "start speech",
+    language: str = "en",
 ) -> Display:
     sound = SimpleNamespace(peak=peak, background=-52.3, speaking=speaking, device="USB Audio")
     ear = SimpleNamespace(listening=listening, name=name, awake=not name, wake=wake)
-    return Display(sound, ear, lambda: typing, lambda: note)
+    return Display(sound, ear, lambda: typing, lambda: note, language=language)
 
 
 def heard(text: str, **others: object) -> Utterance:
@@ -189,3 +192,36 @@ def test_what_others_say_is_seen_and_not_obeyed_by_the_terminal() -> None:
     assert r"\x1b[2J\r" in text
     assert r"\x1b]0;mine\x07" in text
     assert all(line.isprintable() for line in text.splitlines())
+
+
+def test_all_of_it_is_in_the_language_of_the_robot() -> None:
+    note = "what is said is recorded in said"
+    asleep = shown(a_display(0.0, listening=False, wake="escucha", note=note, language="es"))
+    assert " di «escucha» " in asleep.splitlines()[0]
+    display = a_display(language="es", typing="av")
+    for event in (
+        Twist(1, 0.1, 0),
+        SelectedObject(1, 100),
+        Notice(1, "no sound comes from the microphone: the robot stops"),
+        heard("avanza", accepted=False, reason="too_quiet", above=9.0),
+        heard("para", obeyed=False, ignored="asleep"),
+    ):
+        display.receive(event)
+    text = asleep + shown(display)
+    for part in (
+        "micrófono", "silencio", "sala", "lo último dicho, 9 dB más alto", "avanza a 0.10 m/s",
+        "plegado", "dice", "oído", "teclea", "Esc o dos espacios paran el robot, Intro obedece",
+        "espacio o Esc paran el robot, también puedes teclear, Ctrl-C termina", "escucha",
+        "(quizás «avanza» 87%, demasiado bajo)", "no llega sonido del micrófono: el robot se para",
+        "para  no obedecido: no has dicho el nombre del robot", "lo que se dice se graba en said",
+    ):  # fmt: skip
+        assert part in text
+    english = r"\b(the|is|not|stops?|heard|says|robot drives|room|arm|listening|type)\b"
+    assert not re.findall(english, text)
+
+
+@pytest.mark.parametrize("language", ["es", "fr"])
+def test_what_the_keys_do_has_room_in_each_language(language: str) -> None:
+    for typing, keys in (("", KEYS_HELP), ("a", TYPING_HELP)):
+        last = shown(a_display(language=language, typing=typing)).splitlines()[-1]
+        assert f" {texts.text(keys, language)} " in last

@@ -68,14 +68,17 @@ def parse(
     import msgspec
 
     from voz.language.language_files import read_commands
+    from voz.texts.tables import language_of, text
 
-    commands = read_commands(options.language(options.settings()))
-    for text in texts:
-        found = commands.parse(text)
-        meant = None if found else commands.closest_sentence(text)
+    settings = options.settings()
+    commands = read_commands(options.language(settings))
+    language = language_of(settings.language.name)
+    for said in texts:
+        found = commands.parse(said)
+        meant = None if found else commands.closest_sentence(said)
         if as_json:
             fields = {
-                "text": found.text if found else text,
+                "text": found.text if found else said,
                 "command": found.command if found else None,
                 "slots": dict(found.slots) if found else {},
             }
@@ -84,7 +87,10 @@ def parse(
             slots = "".join(f"  {name}={value}" for name, value in found.slots.items())
             show(f'"{found.text}": {found.command}{slots}')
         else:
-            show(f'"{text}": no command' + (f'; did you mean "{meant}"?' if meant else ""))
+            unknown = (
+                '"{text}": no command; did you mean "{meant}"?' if meant else '"{text}": no command'
+            )
+            show(text(unknown, language, text=said, meant=meant))
 
 
 languages = typer.Typer(

@@ -18,6 +18,7 @@ from voz.cli.text_io import info, open_text, warn
 from voz.errors import AudioError, CommandsError, ConfigError
 from voz.files import data_folder
 from voz.process.signals import SOME_UNREADABLE
+from voz.texts.tables import language_of, text
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
@@ -80,7 +81,7 @@ def run(options: RunOptions) -> None:
         in_real_time = options.live or options.realtime or need_real_time(names)
         if in_real_time:
             opened.enter_context(unblocked_output())
-        robots = _robots(options, names)
+        robots = _robots(options, settings, names)
         _renew_language(settings)
         language = options.language(settings)
         commands = read_commands(language)
@@ -111,7 +112,8 @@ def _listening(options: RunOptions, settings: Config, commands: Commands, where:
     check_list(commands, settings.table, where)
     if options.listening or begins_listening(commands, settings.table):
         return options.listening
-    info("no command of the list begins the listening: commands are obeyed from the start")
+    obeyed = "no command of the list begins the listening: commands are obeyed from the start"
+    info(text(obeyed, language_of(settings.language.name)))
     return True
 
 
@@ -127,7 +129,7 @@ def _renew_language(settings: Config) -> None:
         warn(f"{error}; the commands of before stay")
 
 
-def _robots(options: RunOptions, names: list[str]) -> RunRobots:
+def _robots(options: RunOptions, settings: Config, names: list[str]) -> RunRobots:
     """Choose the robots; refuses, before the run, what cannot be written after it."""
     from voz.run.robots import RunRobots
 
@@ -141,6 +143,7 @@ def _robots(options: RunOptions, names: list[str]) -> RunRobots:
         picture=options.picture,
         animation=options.animation,
         verbose=options.verbose,
+        language=language_of(settings.language.name),
         info=info,
         warn=warn,
     )
@@ -208,7 +211,7 @@ def _source(
     return lambda _: recorded(), [partial(hear_answers, recognizer=recognizer)]
 
 
-def _chosen_microphone(options: RunOptions) -> str | None:
+def _chosen_microphone(options: RunOptions, language: str) -> str | None:
     """Find the microphone; None if it is the operator's browser. Raises AudioError.
 
     Where a robot that other programs drive has none, it is `NO_DEVICE`.
@@ -225,20 +228,21 @@ def _chosen_microphone(options: RunOptions) -> str | None:
         if options.web and options.device is None:
             return None
         if options.wyoming and options.device is None:
-            info("there is no microphone: only typed commands and Wyoming clients are obeyed")
+            heard = "there is no microphone: only typed commands and Wyoming clients are obeyed"
+            info(text(heard, language))
             return NO_DEVICE
         raise
 
 
 @contextmanager
-def _page_site(options: RunOptions) -> Iterator[PageAddress]:
+def _page_site(options: RunOptions, language: str) -> Iterator[PageAddress]:
     """Take the page's address for a `with` block, and show it; raises ConfigError."""
     require_page()
     from voz.apps.web.web_server import open_page_address, qr_code
 
     authority = data_folder("certificates") if options.https else None
     with open_page_address(options.web_host, options.web_port, authority) as site:
-        info(f"operator page: {site.link}")
+        info(text("operator page: {link}", language, link=site.link))
         if site.access.needs_token and sys.stderr.isatty():  # else it is a log
             print(qr_code(site.link), file=sys.stderr, flush=True)
         yield site
@@ -256,8 +260,9 @@ def _live(
     from voz.run.command_reload import SettingsFile
     from voz.run.live import drive_live
 
-    microphone = _chosen_microphone(options)
-    site = opened.enter_context(_page_site(options)) if options.web else None
+    language = language_of(settings.language.name)
+    microphone = _chosen_microphone(options, language)
+    site = opened.enter_context(_page_site(options, language)) if options.web else None
     recognizer = load()
     file = options.settings_file
     return partial(

@@ -291,8 +291,9 @@ def _help(state: ControllerState, said: Utterance) -> Obeyed:
     else:
         texts = [*state.reported.answers, *usable.values()]
         more = len(texts) - MAX_HELP_SHOWN
-        told = ", ".join(texts[:MAX_HELP_SHOWN]) + (f" and {more} more" if more > 0 else "")
-        event = Notice(said.t, f"you can say: {told}", good=True)
+        told = ", ".join(texts[:MAX_HELP_SHOWN])
+        told = f"you can say: {told} and {more} more" if more > 0 else f"you can say: {told}"
+        event = Notice(said.t, told, good=True)
     return state, replace(said, obeyed=True), (event,)
 
 

@@ -24,15 +24,17 @@ from voz.events import (
 )
 from voz.printable import printable
 from voz.robot.base import Robot
+from voz.texts.tables import ENGLISH, list_texts, text, translate
 
 
 class ConsoleRobot(Robot):
     """Prints a line when something happens or the velocity changes."""
 
-    def __init__(self, stream: TextIO, verbose: bool = False) -> None:
+    def __init__(self, stream: TextIO, verbose: bool = False, language: str = ENGLISH) -> None:
         """Start at rest; `verbose` also prints the evidence for each utterance."""
         self._stream = stream
         self._verbose = verbose
+        self._language = language
         self._velocity = (0.0, 0.0)
         self._is_news = attention_changes()
 
@@ -45,7 +47,7 @@ class ConsoleRobot(Robot):
             self._velocity = velocity
         if isinstance(event, Attention) and not self._is_news(event):
             return
-        told = in_words(event)
+        told = in_words(event, self._language)
         if self._verbose and isinstance(event, Utterance):
             detail = evidence_in_words(event.score, event.next_best)
             told = f"{told} [{detail}]" if detail else told
@@ -66,54 +68,67 @@ def attention_changes() -> Callable[[Attention], bool]:
     return is_news
 
 
-def in_words(event: Event) -> str:
-    """Describe an event, without its time."""
+def in_words(event: Event, language: str = ENGLISH) -> str:
+    """Describe an event in a language, without its time."""
     if isinstance(event, Utterance):
-        return _heard(event)
+        return _heard(event, language)
     if isinstance(event, Partial):
-        return f'perhaps  "{event.text}" ({event.confidence:.2f})'
-    if isinstance(event, Twist):
-        return f"         robot {motion_in_words(event.linear, event.angular)}"
-    if isinstance(event, SelectedObject):
-        return f"         robot selects object {event.value}"
-    if isinstance(event, Attention):
-        if event.answers:
-            return f"         robot waits for {' or '.join(event.answers)}"
-        return f"         robot is {'awake' if event.awake else 'asleep'}"
-    if isinstance(event, Reply):
-        return f'         robot says "{event.text}"'
+        return f'{_label("perhaps", language)}"{event.text}" ({event.confidence:.2f})'
     if isinstance(event, Notice):
-        return event.text if event.good else f"warning: {event.text}"
-    return f"         {_done(event)}"
+        told = translate(event.text, language)
+        return told if event.good else text("warning: {text}", language, text=told)
+    return f"{_label('', language)}{_done(event, language)}"
 
 
-def _done(event: Publish | Play | StartProgram | CallFunction | ProgramEnded) -> str:
-    if isinstance(event, Publish):
-        return f"{event.topic}: {event.value}"
-    if isinstance(event, Play):
-        return f"robot plays {event.sound}"
-    if isinstance(event, StartProgram):
-        return f"runs {' '.join(event.program)}"
-    if isinstance(event, CallFunction):
-        return f"calls {event.function}"
-    return f"{event.name} has ended{f': {event.problem}' if event.problem else ''}"
+def _label(english: str, language: str) -> str:
+    return f"{text(english, language):<8} "
 
 
-def _heard(event: Utterance) -> str:
+def _done(event: Event, language: str) -> str:
+    match event:
+        case Twist(linear=linear, angular=angular):
+            motion = motion_in_words(linear, angular, language)
+            return text("robot {motion}", language, motion=motion)
+        case SelectedObject(value=value):
+            return text("robot selects object {value}", language, value=value)
+        case Attention(answers=answers) if answers:
+            either = list_texts("{one} or {other}", answers, language)
+            return text("robot waits for {answers}", language, answers=either)
+        case Attention(awake=awake):
+            return text("robot is awake" if awake else "robot is asleep", language)
+        case Reply(text=said):
+            return text('robot says "{text}"', language, text=said)
+        case Publish(topic=topic, value=published):
+            return f"{topic}: {published}"
+        case Play(sound=sound):
+            return text("robot plays {sound}", language, sound=sound)
+        case StartProgram(program=program):
+            return text("runs {program}", language, program=" ".join(program))
+        case CallFunction(function=function):
+            return text("calls {function}", language, function=function)
+        case ProgramEnded(name=name, problem=problem):
+            ended = "{name} has ended: {problem}" if problem else "{name} has ended"
+            return text(ended, language, name=name, problem=translate(problem, language))
+    raise TypeError(event)
+
+
+def _heard(event: Utterance, language: str) -> str:
+    said = f'"{event.text}" ({event.confidence:.2f})'
     undecided = event.accepted and event.obeyed is None and not event.ignored
     if event.obeyed or undecided:
-        return f'heard    "{event.text}" ({event.confidence:.2f})'
-    if event.text:
-        return f'ignored  "{event.text}" ({event.confidence:.2f}), {explain_not_obeyed(event)}'
-    return f"ignored  something, {explain_not_obeyed(event)}"
+        return f"{_label('heard', language)}{said}"
+    what = said if event.text else text("something", language)
+    return f"{_label('ignored', language)}{what}, {explain_not_obeyed(event, language)}"
 
 
-def motion_in_words(linear: float, angular: float) -> str:
-    """Describe a motion; velocities in m/s and rad/s."""
+def motion_in_words(linear: float, angular: float, language: str = ENGLISH) -> str:
+    """Describe a motion in a language; velocities in m/s and rad/s."""
     parts = []
     if linear:
-        parts.append(f"drives {'forward' if linear > 0 else 'back'} at {abs(linear):.2f} m/s")
+        forward, back = "drives forward at {speed} m/s", "drives back at {speed} m/s"
+        parts.append(text(forward if linear > 0 else back, language, speed=f"{abs(linear):.2f}"))
     if angular:
-        side = "left" if angular > 0 else "right"
-        parts.append(f"turns {side} at {abs(angular):.2f} rad/s")
-    return " and ".join(parts) or "stands still"
+        left, right = "turns left at {speed} rad/s", "turns right at {speed} rad/s"
+        parts.append(text(left if angular > 0 else right, language, speed=f"{abs(angular):.2f}"))
+    parts = parts or [text("stands still", language)]
+    return list_texts("{one} and {other}", parts, language)

@@ -61,8 +61,10 @@ class RobotKind:
 
 def _console(setup: RobotSetup) -> Robot:
     from voz.robot.console import ConsoleRobot
+    from voz.texts.tables import language_of
 
-    return ConsoleRobot(setup.stream, setup.verbose)
+    language = language_of(setup.settings.language.name)
+    return ConsoleRobot(setup.stream, setup.verbose, language)
 
 
 def _simulator(setup: RobotSetup) -> Robot:

@@ -179,8 +179,12 @@ def describe_renewal(old: Config, new: Config, before: Commands, after: Commands
     redone = [name for name in _redefined(old, new) if name not in added + gone]
     unsaid = missing_commands(after, [name for name in redone if name in new.commands])
     changed = [name for name in redone if name not in unsaid]
-    named = (("new", added), ("gone", gone), ("changed", changed))
-    parts = [f"{what} {_listed(names)}" for what, names in named if names]
+    named = (
+        (f"new {_listed(added)}", added),
+        (f"gone {_listed(gone)}", gone),
+        (f"changed {_listed(changed)}", changed),
+    )
+    parts = [told for told, names in named if names]
     if unsaid:
         parts.append(f"no line of the list is {_listed(unsaid)}")
     parts = parts or [f"{len(after):,} sentences"]

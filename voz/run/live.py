@@ -19,6 +19,7 @@ from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
+from voz.texts.tables import language_of, list_texts, text
 
 PAGE = "the operator's page"
 
@@ -151,8 +152,7 @@ def drive_live(
                 *(["another recognizer"] if other_recognizer else []),
                 *(["Wyoming clients"] if service else []),
             ]
-            first = "" if session.spec.listening else f'; say "{controller.wake}" first'
-            announce(_listening_line(hearing, others) + first)
+            announce(_listening_line(session, hearing, others))
         if shown:
             session.receivers.append(shown.receive)
             session.add_unwatched(shown.unwatched_source)
@@ -177,15 +177,23 @@ def _display(session: Session, hearing: Hearing, line: TypedLine) -> Display:
         lambda: line.text,
         lambda: recorder.note if recorder else "",
         session.view,
+        language_of(session.spec.settings.language.name),
     )
 
 
-def _listening_line(hearing: Hearing, others: Sequence[str]) -> str:
-    """Say what is listened to."""
-    no_microphone = hearing.device == NO_MICROPHONE
-    sources = [] if no_microphone else [f"the microphone {hearing.device}"]
-    sources += ["typed commands"] if can_read_input() else []
-    return f"listening to {' and '.join([*sources, *others])}"
+def _listening_line(session: Session, hearing: Hearing, others: Sequence[str]) -> str:
+    """Say what is listened to, and what begins that."""
+    language = language_of(session.spec.settings.language.name)
+    microphone = text("the microphone {name}", language, name=hearing.device)
+    sources = [] if hearing.device == NO_MICROPHONE else [microphone]
+    typed = ["typed commands"] if can_read_input() else []
+    sources += [text(other, language) for other in (*typed, *others)]
+    listed = list_texts("{one} and {other}", sources, language)
+    listening = text("listening to {sources}", language, sources=listed)
+    if session.spec.listening:
+        return listening
+    first = '{listening}; say "{command}" first'
+    return text(first, language, listening=listening, command=session.controller.wake)
 
 
 @contextmanager

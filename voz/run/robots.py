@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, TextIO
 from voz.errors import ConfigError, RobotError
 from voz.events import Event, Notice, Receiver
 from voz.robot.base import Robot
+from voz.robot.console import in_words
 from voz.run.session import Session
 from voz.terminal.live_terminal import LiveTerminal
+from voz.texts.tables import ENGLISH
 
 if TYPE_CHECKING:
     from voz.robot.simulation.simulator import SimulatedRobot
@@ -33,6 +35,7 @@ class RunRobots:
         picture: where the simulator's way is drawn after the run.
         animation: the same, moving.
         verbose: whether a console prints the evidence for an utterance.
+        language: of the warnings where there is no console.
         info: takes lines for people.
         warn: takes warnings.
     """
@@ -45,6 +48,7 @@ class RunRobots:
     picture: Path | None = None
     animation: Path | None = None
     verbose: bool = False
+    language: str = ENGLISH
     info: Callable[[str], None]
     warn: Callable[[str], None]
 
@@ -164,4 +168,4 @@ class RunRobots:
     def _show_warning(self, event: Event) -> None:
         """Show warnings where no robot of the run does."""
         if isinstance(event, Notice):
-            (self.info if event.good else self.warn)(event.text)
+            self.info(in_words(event, self.language))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
@@ -16,6 +16,7 @@ from voz.audio.recording_level import MIN_SNR
 from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, explain_not_obeyed
 from voz.printable import printable
 from voz.robot.console import motion_in_words
+from voz.texts.tables import ENGLISH, text, translate
 
 MAX_LINES = 6
 """Utterances and warnings that are shown."""
@@ -86,6 +87,7 @@ class Display:
         typing: Callable[[], str],
         note: Callable[[], str] = lambda: "",
         extra: RenderableType | None = None,
+        language: str = ENGLISH,
     ) -> None:
         """Start with nothing heard.
 
@@ -95,6 +97,7 @@ class Display:
             typing: returns the line that is being typed.
             note: returns a text that is always shown.
             extra: drawn beside the panel, or below it in a narrow terminal.
+            language: of its texts.
         """
         self._sound = sound
         self._device = sound.device
@@ -102,6 +105,7 @@ class Display:
         self._typing = typing
         self._note = note
         self._extra = extra
+        self._language = language
         self._lines: deque[Text] = deque(maxlen=MAX_LINES)
         self._velocity = (0.0, 0.0)
         self._selected: int | None = None
@@ -119,7 +123,7 @@ class Display:
         elif isinstance(event, Utterance | Notice):
             if isinstance(event, Utterance) and event.above is not None:
                 self._above = event.above
-            self._lines.append(_event_text(event))
+            self._lines.append(_event_text(event, self._language))
 
     def __rich__(self) -> RenderableType:
         return PanelWithExtra(self._panel(), self._extra) if self._extra else self._panel()
@@ -128,31 +132,39 @@ class Display:
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim", justify="right")
         table.add_column()
-        table.add_row("microphone", _level_text(self._sound.peak))
-        table.add_row("", Text(printable(self._device), "dim", no_wrap=True))
-        table.add_row("room", _room_text(self._sound.background, self._above))
-        table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
-        if self._selected is not None:
-            table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
-        table.add_row("says", Text(printable(self._reply)))
-        for number in range(MAX_LINES):
-            label = "heard" if number == 0 else ""
-            table.add_row(label, self._lines[number] if number < len(self._lines) else "")
-        typing = self._typing()
-        table.add_row("type", Text(typing + "▏"))
-        if note := self._note():
-            table.add_row("", Text(printable(note), "yellow"))
-        keys = Text(TYPING_HELP if typing else KEYS_HELP, "dim")
+        for label, shown in self._rows():
+            table.add_row(label and text(label, self._language), shown)
+        keys = Text(text(TYPING_HELP if self._typing() else KEYS_HELP, self._language), "dim")
         return Panel(Group(table), title=self._title(), subtitle=keys, width=PANEL_WIDTH)
 
+    def _rows(self) -> Iterator[tuple[str, Text]]:
+        """What is shown in each line, by an English label."""
+        language = self._language
+        yield "microphone", _level_text(self._sound.peak, language)
+        yield "", Text(printable(self._device), "dim", no_wrap=True)
+        yield "room", _room_text(self._sound.background, self._above, language)
+        yield "robot", Text(motion_in_words(*self._velocity, language), "bold")
+        if self._selected is not None:
+            yield "arm", Text(_arm_in_words(self._selected, language))
+        yield "says", Text(printable(self._reply))
+        for number in range(MAX_LINES):
+            line = self._lines[number] if number < len(self._lines) else Text()
+            yield "heard" if number == 0 else "", line
+        yield "type", Text(self._typing() + "▏")
+        if note := self._note():
+            yield "", Text(printable(translate(note, language)), "yellow")
+
     def _title(self) -> Text:
+        ear, language = self._ear, self._language
         if self._sound.speaking:
-            return Text(" speaking ", "black on yellow")
-        if not self._ear.awake:
-            return Text(printable(f' asleep: say "{self._ear.name}" '))
-        if self._ear.listening:
-            return Text(" listening ", "black on green")
-        return Text(printable(f' say "{self._ear.wake}" ' if self._ear.wake else " not listening "))
+            return Text(text(" speaking ", language), "black on yellow")
+        if not ear.awake:
+            return Text(printable(text(' asleep: say "{name}" ', language, name=ear.name)))
+        if ear.listening:
+            return Text(text(" listening ", language), "black on green")
+        if ear.wake:
+            return Text(printable(text(' say "{command}" ', language, command=ear.wake)))
+        return Text(text(" not listening ", language))
 
 
 class PanelWithExtra:
@@ -175,30 +187,42 @@ class PanelWithExtra:
         yield both
 
 
-def _level_text(peak: float) -> Text:
+def _arm_in_words(selected: int, language: str) -> str:
+    if selected < 100:
+        return text("object {number}", language, number=selected)
+    return text("folded", language)
+
+
+def _level_text(peak: float, language: str) -> Text:
     decibels = max(BAR_MIN_DBFS, 20 * math.log10(peak)) if peak > 0 else BAR_MIN_DBFS
     full = round(BAR_WIDTH * (1 - decibels / BAR_MIN_DBFS))
     color = "red" if decibels > CLIPPING_DBFS else "green"
-    shown = f"{decibels:4.0f} dB" if decibels > BAR_MIN_DBFS else "  silent"
+    silent = f"  {text('silent', language)}"
+    shown = f"{decibels:4.0f} dB" if decibels > BAR_MIN_DBFS else silent
     return Text.assemble(("█" * full, color), ("·" * (BAR_WIDTH - full), "dim"), f" {shown}")
 
 
-def _room_text(background: float, above: float | None) -> Text:
+def _room_text(background: float, above: float | None, language: str) -> Text:
     level = Text(f"{background:4.0f} dB")
     if above is not None:
         color = "yellow" if above < MIN_SNR else "green"
-        level.append(f", the last speech {above:.0f} dB above it", color)
+        last = ", the last speech {level} dB above it"
+        level.append(text(last, language, level=f"{above:.0f}"), color)
     return level
 
 
-def _event_text(event: Utterance | Notice) -> Text:
+def _event_text(event: Utterance | Notice, language: str) -> Text:
     if isinstance(event, Notice):
-        return Text(printable(event.text), "green" if event.good else "yellow")
-    text = printable(event.text)
+        told = translate(event.text, language)
+        return Text(printable(told), "green" if event.good else "yellow")
+    said = printable(event.text)
     if event.obeyed:
         late = f"  {event.latency:.2f} s" if event.latency is not None else ""
-        return Text.assemble((text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
+        return Text.assemble((said, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
+    why = explain_not_obeyed(event, language)
     if event.accepted:
-        return Text(f"{text}  {explain_not_obeyed(event)}", "dim")
-    perhaps = f'perhaps "{text}" {event.confidence:.0%}, ' if text else ""
-    return Text(f"({perhaps}{explain_not_obeyed(event)})", "dim")
+        return Text(f"{said}  {why}", "dim")
+    sure = f"{event.confidence:.0%}"
+    maybe = 'perhaps "{text}" {confidence}, '
+    perhaps = text(maybe, language, text=said, confidence=sure) if said else ""
+    return Text(f"({perhaps}{why})", "dim")

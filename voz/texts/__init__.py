@@ -1,0 +1,1 @@
+"""What people read and hear of voz, in their language."""

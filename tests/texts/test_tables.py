@@ -11,6 +11,7 @@ from functools import cache
 import pytest
 from recordings import ROOT
 
+from voz.apps.web.page_language import PAGE_FILES, SHOWN
 from voz.config import default_commands
 from voz.texts.tables import (
     ENGLISH,
@@ -68,6 +69,16 @@ def in_code() -> Iterator[str]:
             if isinstance(part, ast.expr) and (found := template(part)):
                 yield from (found, found.replace("_", " "))
     yield from default_commands().replies
+    for path in PAGE_FILES.glob("*.js"):
+        yield from map(blank, re.findall(r'"([^"]*)"', path.read_text("utf-8")))
+    yield from map(blank, in_pages())
+
+
+def in_pages() -> Iterator[str]:
+    """The texts of the pages' HTML."""
+    for path in PAGE_FILES.glob("*.html"):
+        for found in SHOWN.finditer(path.read_text("utf-8")):
+            yield " ".join((found[1] or found[2]).split())
 
 
 def warned_of() -> Iterator[str]:
@@ -148,6 +159,21 @@ def test_each_notice_of_a_run_is_translated(language: str) -> None:
     assert {
         said for said in told if not set(words(said)).isdisjoint(words_in(said, language))
     } == set()
+
+
+def test_each_text_of_a_page_is_translated() -> None:
+    known = read_texts("es").texts
+    wordless = re.compile(r"voz|OK|m/s|rad/s|[\W\d½]*|[\d.]+ s")
+    assert {
+        each for each in in_pages() if each not in known and not wordless.fullmatch(each)
+    } == set()
+    shown = re.compile(
+        r'\btext\(\s*"([^"]+)"|^  \w+: "([^"]+ [^"]+)",$|^  "\w+ \w+": "(.+)",$', re.M
+    )
+    for path in PAGE_FILES.glob("*.js"):
+        found = ["".join(each) for each in shown.findall(path.read_text("utf-8"))]
+        icons = path.name == "icons.js"
+        assert icons or [each for each in found if each not in known] == [], path.name
 
 
 def test_english_needs_no_table() -> None:

@@ -78,7 +78,7 @@ def list_texts(joined: str, texts: Sequence[str], language: str = ENGLISH) -> st
 def translate(said: str, language: str) -> str:
     """Translate what an event or an error says in English; what is unknown stays as it is."""
     for english in read_texts(language).notices:
-        if found := _pattern(english).fullmatch(said):
+        if found := _compiled(english).fullmatch(said):
             values = {
                 name: translate(value, language) if name in TRANSLATED else value
                 for name, value in found.groupdict().items()
@@ -87,11 +87,15 @@ def translate(said: str, language: str) -> str:
     return said
 
 
-@cache
-def _pattern(english: str) -> re.Pattern[str]:
-    """Match a text with whatever is inserted into it."""
+def pattern(english: str) -> str:
+    """Return a regular expression for a text with whatever is inserted into it."""
     pieces = PLACEHOLDER.split(english)  # own words and names by turns
-    return re.compile("".join(_piece(n, piece) for n, piece in enumerate(pieces)), re.DOTALL)
+    return "".join(_piece(number, piece) for number, piece in enumerate(pieces))
+
+
+@cache
+def _compiled(english: str) -> re.Pattern[str]:
+    return re.compile(pattern(english), re.DOTALL)
 
 
 def _piece(number: int, piece: str) -> str:

@@ -10,7 +10,6 @@ import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from http import HTTPStatus
 from importlib.metadata import distributions
-from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -18,18 +17,17 @@ from msgspec.structs import replace
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from voz import __version__
 from voz.apps.web.access_control import MAX_BODY_BYTES, AccessControl
+from voz.apps.web.page_language import PAGE_FILES, page_in_own_language
 from voz.apps.web.page_messages import Command, Login, Record, encode_record
 from voz.apps.web.page_registry import OpenPage, PageRegistry
 from voz.config import Config
 from voz.errors import ConfigError, RobotError, VozError
-
-PAGE_FILES = Path(__file__).with_name("page")
 
 MAX_STOP_DIGITS = 10
 """Of the number of a stop."""
@@ -117,8 +115,8 @@ def application(routes: Sequence[BaseRoute], authority: bytes | None) -> Starlet
     `authority` is the certificate that a phone has to trust, PEM; None without HTTPS.
     """
 
-    async def index(_: Request) -> Response:
-        return FileResponse(PAGE_FILES / "index.html")
+    async def index(request: Request) -> Response:
+        return page_in_own_language(request, "index.html")
 
     async def certificate(_: Request) -> Response:
         if authority is None:

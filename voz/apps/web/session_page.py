@@ -16,7 +16,7 @@ from starlette.staticfiles import StaticFiles
 
 from voz.apps.recordings.recorder import EXCERPT_MARGIN
 from voz.apps.recordings.sessions import UtteranceKey, utterance_key
-from voz.apps.web.control_api import PAGE_FILES
+from voz.apps.web.page_language import PAGE_FILES, page_in_own_language
 from voz.apps.web.page_messages import SHOWN_EVENTS, EventHistory, Record, encode_record
 from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
 from voz.apps.web.web_server import PageAddress
@@ -116,8 +116,8 @@ def show_session(
     failed = threading.Event()
     reasons: list[str] = []
 
-    async def index(_: Request) -> Response:
-        return FileResponse(PAGE_FILES / "session.html")
+    async def index(request: Request) -> Response:
+        return page_in_own_language(request, "session.html")
 
     async def whole_session(_: Request) -> Response:
         return Response(body, media_type="application/json")

@@ -1,6 +1,7 @@
 // The bar at the top: how the robot moves, whether it hears, who drives, and what is wrong.
 import { byId, setText } from "./dom.js";
 import { ICONS } from "./icons.js";
+import { text, translate } from "./texts.js";
 import * as words from "./words.js";
 
 const FLOOR = -60; // dBFS at which the level is empty: a quiet room
@@ -21,10 +22,9 @@ export class Bar {
     this.lastMotion = words.motion(state);
     this.fact("motion", ...this.lastMotion);
     this.fact("ear", ...words.ear(state, page));
-    const name = state.driver_name;
-    setText("driver", page.mine ? "you drive" : name ? `${name}, drives` : "nobody drives");
+    setText("driver", page.mine ? text("you drive") : driverOf(state));
     this.showLevel(state);
-    this.alarm("wall", state.collided ? "It hit something. Drive away from it." : "");
+    this.alarm("wall", state.collided ? text("It hit something. Drive away from it.") : "");
   }
 
   fact(id, kind, word, more) {
@@ -41,17 +41,17 @@ export class Bar {
     const background = Math.min(0, state.background);
     byId("background").hidden = background <= FLOOR;
     byId("background").style.transform = `translateX(${((1 - background / FLOOR) * 100).toFixed(1)}%)`;
-    setText("level-words", `The room is at ${Math.round(state.background)} dB; what is said should be 15 dB above.`);
+    setText("level-words", text("The room is at {level} dB; what is said should be 15 dB above.", { level: Math.round(state.background) }));
   }
 
   lost(reason) {
     const [, word, more] = this.lastMotion ?? [];
-    const was = this.lastMotion ? `was ${`${word} ${more}`.trim().toLowerCase()}` : "";
-    this.fact("motion", "unknown", "unknown", was);
+    const was = this.lastMotion ? text("was {motion}", { motion: `${word} ${more}`.trim().toLowerCase() }) : "";
+    this.fact("motion", "unknown", text("unknown"), was);
     setText("driver", "");
     byId("ear").dataset.kind = "lost";
     this.alarm("wall", "");
-    this.alarm("lost", reason || "No connection to the robot. It stops if this page drove it.");
+    this.alarm("lost", translate(reason) || text("No connection to the robot. It stops if this page drove it."));
     this.isLost = true;
     this.showAge();
   }
@@ -64,21 +64,26 @@ export class Bar {
   showAge() {
     if (!this.isLost) return;
     const seconds = Math.round((performance.now() - this.lastSeen) / 1000);
-    setText("ear-word", "lost");
-    setText("ear-more", this.lastSeen === null ? "" : `last seen ${seconds} s ago`);
+    setText("ear-word", text("lost"));
+    setText("ear-more", this.lastSeen === null ? "" : text("last seen {seconds} s ago", { seconds }));
   }
 
   // What is wrong by its cause; "" once it is well again.
-  alarm(cause, text) {
-    this.alarms[cause] = text;
+  alarm(cause, line) {
+    this.alarms[cause] = line;
     const shown = ALARMS.map((name) => this.alarms[name]).find(Boolean) ?? "";
     setText("alarm", shown);
     byId("alarm").hidden = !shown;
   }
 
   // What this page should know of until it is closed.
-  notice(text) {
-    setText("notice-text", text);
-    byId("notice").hidden = !text;
+  notice(line) {
+    setText("notice-text", line);
+    byId("notice").hidden = !line;
   }
+}
+
+function driverOf(state) {
+  const name = translate(state.driver_name ?? "");
+  return name ? text("{name}, drives", { name }) : text("nobody drives");
 }

@@ -2,6 +2,7 @@
 import { byId, element } from "./dom.js";
 import { icon, ICONS } from "./icons.js";
 import { SlotValues } from "./slot-values.js";
+import { text } from "./texts.js";
 
 const MIN_PAD = 2; // directions; fewer stand with the rest
 
@@ -30,10 +31,10 @@ export class Commands {
   pad(buttons) {
     const pad = element("div", "pad");
     pad.setAttribute("role", "group");
-    pad.setAttribute("aria-label", "Drive");
+    pad.setAttribute("aria-label", text("Drive"));
     const turns = buttons.some(({ place }) => place.startsWith("turn"));
-    for (const { text, place } of buttons) {
-      const made = this.button(text);
+    for (const { text: sentence, place } of buttons) {
+      const made = this.button(sentence);
       made.prepend(icon(place));
       made.style.gridArea = turns ? place : place.replace("rotate", "turn");
       pad.append(made);
@@ -41,11 +42,11 @@ export class Commands {
     return pad;
   }
 
-  button(text) {
-    const made = element("button", "", element("span", "", text));
+  button(sentence) {
+    const made = element("button", "", element("span", "", sentence));
     made.type = "button";
     made.disabled = true;
-    made.onclick = () => this.give(text);
+    made.onclick = () => this.give(sentence);
     return made;
   }
 
@@ -86,7 +87,7 @@ export class Commands {
 let made = 0;
 
 function group(name, buttons) {
-  const title = element("h3", "", name);
+  const title = element("h3", "", text(name));
   title.id = `group-${made++}`;
   const chips = element("div", "chips", ...buttons);
   const whole = element("div", "group", title, chips);

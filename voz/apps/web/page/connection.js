@@ -1,5 +1,6 @@
 // The connection to the robot: receives records, and sends requests. It reconnects by itself.
 import { link } from "./link.js";
+import { text, translate } from "./texts.js";
 
 const STOP_TIMEOUT = 1500; // ms
 
@@ -15,7 +16,7 @@ export class Connection {
       if (data.type === "record") this.receive(data);
       else if (data.type === "lost") this.lose(data.reason);
     });
-    link.onerror = () => this.lose("This page is broken: load it anew.");
+    link.onerror = () => this.lose(text("This page is broken: load it anew."));
     document.addEventListener("visibilitychange", () => {
       link.postMessage({ type: "attended", attended: this.isAttended() });
     });
@@ -52,8 +53,8 @@ export class Connection {
     return this.secret !== null;
   }
 
-  command(text) {
-    return this.post("/api/command", { text, stops: this.stops });
+  command(sentence) {
+    return this.post("/api/command", { text: sentence, stops: this.stops });
   }
 
   // Send a request as this page.
@@ -63,7 +64,7 @@ export class Connection {
       method: "POST", headers: { "Content-Type": "application/json" }, body,
     });
     const record = await answer.json();
-    if (!answer.ok) throw new Error(record.error);
+    if (!answer.ok) throw new Error(translate(record.error));
     return record;
   }
 

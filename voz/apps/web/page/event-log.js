@@ -1,5 +1,6 @@
 // What was heard, said and warned of, the newest first.
 import { element } from "./dom.js";
+import { text, translate } from "./texts.js";
 import { isSpoken, opinion, utterance } from "./words.js";
 
 const MAX_ENTRIES = 40;
@@ -22,8 +23,8 @@ function gauge(event) {
 
 // How sure it was, behind a tap.
 function reasons(event) {
-  const sentences = opinion(event).map((text) => element("p", "", text));
-  return element("details", "opinion", element("summary", "", "how sure?"), ...sentences, gauge(event));
+  const sentences = opinion(event).map((sentence) => element("p", "", sentence));
+  return element("details", "opinion", element("summary", "", text("how sure?")), ...sentences, gauge(event));
 }
 
 function entry(event, tools) {
@@ -36,8 +37,9 @@ function entry(event, tools) {
     return made;
   }
   const kind = event.type === "reply" ? "reply" : event.good ? "good" : "warning";
-  const made = element("div", `entry ${kind}`, element("p", "what", event.text));
-  if (event.type === "reply") made.append(element("p", "more", "the robot says"));
+  const what = event.type === "reply" ? event.text : translate(event.text);
+  const made = element("div", `entry ${kind}`, element("p", "what", what));
+  if (event.type === "reply") made.append(element("p", "more", text("the robot says")));
   return made;
 }
 

@@ -1,4 +1,5 @@
 // The slider for false_alarms_per_hour, and how many commands are missed for it.
+import { text, translate } from "./texts.js";
 import { percent } from "./words.js";
 
 export class FalseAlarmSlider {
@@ -16,7 +17,7 @@ export class FalseAlarmSlider {
     this.slider.max = Math.max(0, stops.length - 1);
     this.current = null;
     this.byId("alarms-known").hidden = Boolean(problem);
-    this.showNote(problem || "");
+    this.showNote(translate(problem || ""));
   }
 
   // Show the current value; only a new one moves the slider, as somebody may be moving it.
@@ -48,17 +49,18 @@ export class FalseAlarmSlider {
   showChoice() {
     if (this.problem) return;
     const [alarms, missed] = this.stops[this.slider.value];
-    const words = `${alarms} false alarms in an hour of talk, ${percent(missed, 1)} of commands missed`;
+    const cost = { alarms, share: percent(missed, 1) };
+    const words = text("{alarms} false alarms in an hour of talk, {share} of commands missed", cost);
     this.setText("alarms-words", words);
     this.setText("alarms-line", `[recognition]\nfalse_alarms_per_hour = ${alarms}`);
     this.slider.setAttribute("aria-valuetext", words);
   }
 
-  showNote(text) {
-    this.setText("alarms-note", text);
+  showNote(note) {
+    this.setText("alarms-note", note);
   }
 
-  setText(id, text) {
-    if (this.byId(id).textContent !== text) this.byId(id).textContent = text;
+  setText(id, shown) {
+    if (this.byId(id).textContent !== shown) this.byId(id).textContent = shown;
   }
 }

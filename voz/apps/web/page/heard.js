@@ -1,6 +1,7 @@
 // What was heard last, large; what the robot was not sure of is done by a tap.
 import { byId, element, setText } from "./dom.js";
 import { icon } from "./icons.js";
+import { text } from "./texts.js";
 import { utterance } from "./words.js";
 
 export class Heard {
@@ -20,7 +21,7 @@ export class Heard {
   }
 
   add(event) {
-    if (event.type === "reply") setText("reply", `robot: ${event.text}`);
+    if (event.type === "reply") setText("reply", text("robot: {text}", { text: event.text }));
     if (event.type !== "utterance") return;
     if (this.last) setText("reply", "");
     this.last = event;
@@ -49,14 +50,14 @@ export class Heard {
     if (!["unsure", "asleep"].includes(kind)) return [element("p", "what", what), element("p", "why", why)];
     if (!this.mine) return [element("p", "what", `${what}?`), element("p", "why", why)];
     const texts = this.last.between ?? [this.last.text];
-    const choice = texts.length > 1 ? "tap the right one" : kind === "asleep" ? "tap to wake it and do it" : "tap to do it";
-    return [element("div", "offers", ...texts.map((text) => this.offer(text))), element("p", "why", `${why}: ${choice}`)];
+    const choice = text(texts.length > 1 ? "tap the right one" : kind === "asleep" ? "tap to wake it and do it" : "tap to do it");
+    return [element("div", "offers", ...texts.map((one) => this.offer(one))), element("p", "why", text("{why}: {choice}", { why, choice }))];
   }
 
-  offer(text) {
-    const button = element("button", "what", `${text}?`);
+  offer(sentence) {
+    const button = element("button", "what", `${sentence}?`);
     button.type = "button";
-    button.onclick = () => this.give(text);
+    button.onclick = () => this.give(sentence);
     return button;
   }
 }

@@ -1,6 +1,7 @@
 // The one button that leads from nothing to talking: Drive, Allow microphone, Hold to talk.
 import { byId, setText } from "./dom.js";
 import { microphoneHelp } from "./microphone-help.js";
+import { text } from "./texts.js";
 
 // What comes next: [what it does, what it says].
 function nextStep({ connected, mine, driver, microphone }) {
@@ -41,14 +42,14 @@ export class MainButton {
   // `page`: whether this page is connected and drives, and which one does.
   show(page) {
     this.page = page;
-    const [action, text] = nextStep({ ...page, microphone: this.state });
+    const [action, word] = nextStep({ ...page, microphone: this.state });
     this.action = action;
     this.button.dataset.action = action;
     this.button.hidden = action === "none";
     this.button.disabled = action === "wait";
     if (action !== "talk") this.button.removeAttribute("aria-pressed");
     else if (!this.button.hasAttribute("aria-pressed")) this.button.setAttribute("aria-pressed", "false");
-    setText("main-button", this.isHeld ? "Speak …" : text);
+    setText("main-button", text(this.isHeld ? "Speak …" : word));
     byId("hands-free-label").hidden = !page.mine || !["opening", "ready"].includes(this.state);
     byId("hands-free").disabled = action !== "talk";
   }
@@ -72,8 +73,8 @@ export class MainButton {
     if (this.page) this.show(this.page);
   }
 
-  note(text) {
-    setText("voice-note", text);
+  note(line) {
+    setText("voice-note", line);
   }
 
   press() {
@@ -86,7 +87,7 @@ export class MainButton {
 
   talk(on, held = false) {
     if (on && !this.microphone.begin(held)) {
-      this.note("The connection for your sound is not open yet.");
+      this.note(text("The connection for your sound is not open yet."));
       return;
     }
     if (!on) this.microphone.end();

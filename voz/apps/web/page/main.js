@@ -15,22 +15,23 @@ import { RecordingMarks } from "./recording-marks.js";
 import { Room } from "./room.js";
 import { StopButton } from "./stop-button.js";
 import { TakeOver } from "./take-over.js";
+import { text, translate } from "./texts.js";
 import * as words from "./words.js";
 
 const connection = new Connection(receive, connectionLost);
 const post = (address, more) => connection.post(address, more);
 const player = new Player(post);
-const marks = new RecordingMarks(post, player, (text) => setText("marking-note", text));
+const marks = new RecordingMarks(post, player, (note) => setText("marking-note", note));
 const falseAlarms = new FalseAlarmSlider(byId, post);
 const log = new EventLog(byId("log"), (event) => marks.tools(event));
 const bar = new Bar();
 const commands = new Commands(give);
 const heard = new Heard(give);
 const question = new Question(answer);
-const microphone = new Microphone((text) => setText("voice-note", text), () => mainButton.stopTalking());
+const microphone = new Microphone((note) => setText("voice-note", note), () => mainButton.stopTalking());
 const mainButton = new MainButton(microphone, {
   drive: () => connection.send("drive", { over: false }),
-  takeOver: () => takeOver.ask(state.driver_name),
+  takeOver: () => takeOver.ask(translate(state.driver_name)),
   allowed: () => wantsToDrive && microphone.connect(welcomed.secret),
   handsFree: goOnHidden,
 });
@@ -38,7 +39,7 @@ const takeOver = new TakeOver(() => {
   connection.send("drive", { over: true });
   mainButton.allow();
 });
-const stopButton = new StopButton(connection, stopAsked, (text) => bar.alarm("stop", text));
+const stopButton = new StopButton(connection, stopAsked, (alarm) => bar.alarm("stop", alarm));
 let welcomed = null; // what does not change, and which page this is
 let state = null; // the current state
 let room = null;
@@ -63,8 +64,8 @@ function receive(record) {
   if (record.type === "reply" && byId("replies").checked && isDriving()) say(record.text);
 }
 
-function say(text) {
-  const playing = player.play(`/api/reply?text=${encodeURIComponent(text)}`, text);
+function say(reply) {
+  const playing = player.play(`/api/reply?text=${encodeURIComponent(reply)}`, reply);
   playing.catch((error) => setText("voice-note", error.message));
 }
 
@@ -118,8 +119,8 @@ function show(now) {
 }
 
 function hint(mine, now) {
-  if (now.driver && !mine) return `You watch ${now.driver_name}.`;
-  return mine ? "Say a command, or tap one." : "Touch Drive to begin.";
+  if (now.driver && !mine) return text("You watch {name}.", { name: translate(now.driver_name) });
+  return mine ? text("Say a command, or tap one.") : text("Touch Drive to begin.");
 }
 
 function showDriver(mine, now, before) {
@@ -150,8 +151,8 @@ function stoppedDriving(now) {
   wantsToDrive = false;
   mainButton.stopTalking();
   microphone.disconnect();
-  if (now.driver) bar.notice(`${now.driver_name}, took over. The robot was stopped.`);
-  else if (!left) bar.notice("This page drives no more: it did not answer for some time. The robot was stopped.");
+  if (now.driver) bar.notice(text("{name}, took over. The robot was stopped.", { name: translate(now.driver_name) }));
+  else if (!left) bar.notice(text("This page drives no more: it did not answer for some time. The robot was stopped."));
 }
 
 function connectionLost(reason) {
@@ -172,18 +173,18 @@ function connectionLost(reason) {
 // What goes to it
 
 // A sentence that is tapped while the robot is asleep wakes it first, unless a stop comes between.
-function give(text) {
-  const button = welcomed.buttons.find((one) => one.text === text);
+function give(sentence) {
+  const button = welcomed.buttons.find((one) => one.text === sentence);
   const stops = connection.stops;
   const wake = !state?.listening && button?.group !== "Listening" && welcomed.wake;
   return showFailure(async () => {
     if (wake) await connection.command(wake);
-    if (connection.stops === stops) await connection.command(text);
+    if (connection.stops === stops) await connection.command(sentence);
   });
 }
 
-function answer(text) {
-  return showFailure(() => connection.command(text));
+function answer(sentence) {
+  return showFailure(() => connection.command(sentence));
 }
 
 async function showFailure(send) {
@@ -235,8 +236,8 @@ async function logIn() {
   const answer = await fetch("/api/state");
   if (answer.ok) return true;
   const { error } = await answer.json();
-  setText("ear-word", "no entry");
-  bar.alarm("entry", error);
+  setText("ear-word", text("no entry"));
+  bar.alarm("entry", translate(error));
   return false;
 }
 

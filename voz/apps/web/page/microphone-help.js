@@ -1,4 +1,5 @@
 // What to tap where a microphone is not to be had, in the words of this browser: pure.
+import { text } from "./texts.js";
 
 export function browserOf(agent) {
   const system = /iPhone|iPad/.test(agent) ? "ios" : /Android/.test(agent) ? "android" : "desktop";
@@ -21,8 +22,8 @@ const ALLOW = {
 
 // `error` is what the browser says of a microphone that it does not give.
 export function microphoneHelp(error, agent) {
-  if (error.name === "NotAllowedError") return `The microphone is blocked. ${ALLOW[browserOf(agent)]} Then touch Try again.`;
-  if (error.name === "NotFoundError") return "This device has no microphone. Connect one, then touch Try again.";
-  if (error.name === "NotReadableError") return "Another program uses the microphone. Close it, then touch Try again.";
+  if (error.name === "NotAllowedError") return text("The microphone is blocked. {advice} Then touch Try again.", { advice: text(ALLOW[browserOf(agent)]) });
+  if (error.name === "NotFoundError") return text("This device has no microphone. Connect one, then touch Try again.");
+  if (error.name === "NotReadableError") return text("Another program uses the microphone. Close it, then touch Try again.");
   return error.message;
 }

@@ -1,5 +1,6 @@
 // The microphone of this browser, whose sound goes to the robot from thread to thread, past the page.
 import { link } from "./link.js";
+import { text } from "./texts.js";
 
 export class Microphone {
   // `showNote` shows a line, "" when all is well. `onBroken` is called when the connection breaks.
@@ -18,7 +19,7 @@ export class Microphone {
   // Ask for the microphone, without processing that changes the sound.
   async enable() {
     if (!navigator.mediaDevices?.getUserMedia) {
-      throw new Error("This browser gives its microphone only to HTTPS or localhost: use an SSH tunnel, or --https.");
+      throw new Error(text("This browser gives its microphone only to HTTPS or localhost: use an SSH tunnel, or --https."));
     }
     const audio = { autoGainControl: false, noiseSuppression: false, echoCancellation: false, channelCount: 1 };
     const stream = await navigator.mediaDevices.getUserMedia({ audio });
@@ -29,7 +30,7 @@ export class Microphone {
     capture.port.postMessage(port1, [port1]);
     link.postMessage({ type: "microphone", port: port2, rate: context.sampleRate }, [port2]);
     context.createMediaStreamSource(stream).connect(capture).connect(context.destination); // silence: it makes none
-    stream.getAudioTracks()[0].onended = () => this.showNote("The microphone is gone: connect it and load this page anew.");
+    stream.getAudioTracks()[0].onended = () => this.showNote(text("The microphone is gone: connect it and load this page anew."));
     this.context = context;
   }
 
@@ -51,10 +52,11 @@ export class Microphone {
       this.ready = true;
     } else if (message.type === "sound-broken") {
       this.talking = this.ready = false;
-      this.showNote("The connection for your sound broke. It is opened again.");
+      this.showNote(text("The connection for your sound broke. It is opened again."));
       this.onBroken();
     } else if (message.type === "sound-late") {
-      this.showNote(`Your sound came ${message.seconds.toFixed(1)} s late and was dropped: say it again.`);
+      const seconds = message.seconds.toFixed(1);
+      this.showNote(text("Your sound came {seconds} s late and was dropped: say it again.", { seconds }));
     }
   }
 

@@ -1,4 +1,5 @@
 // Plays sounds of the robot, one after the other.
+import { text } from "./texts.js";
 
 const MAX_QUEUED = 3; // sounds: later ones would come too late
 
@@ -41,7 +42,7 @@ export class Player {
   async load(address) {
     await new Promise((resolve, reject) => {
       this.audio.oncanplaythrough = resolve;
-      this.audio.onerror = () => reject(new Error("That sound cannot be played: it may be gone."));
+      this.audio.onerror = () => reject(new Error(text("That sound cannot be played: it may be gone.")));
       this.audio.src = address;
     });
   }

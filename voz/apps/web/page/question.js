@@ -1,5 +1,6 @@
 // What the robot has asked: a button for each answer, until it is answered or forgotten.
 import { byId, element, setText } from "./dom.js";
+import { list, quoted, text } from "./texts.js";
 
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
@@ -21,9 +22,9 @@ export class Question {
   // Answers that are no commands can only be said.
   draw(question) {
     byId("question").hidden = !question;
-    const { text = "", answers = [], commands = [] } = question ?? {};
-    const spoken = commands.length ? "" : ` Say “${answers.join("” or “")}”.`;
-    setText("question-text", question ? text + spoken : "");
+    const { text: asked = "", answers = [], commands = [] } = question ?? {};
+    const said = () => text("Say {answers}.", { answers: list("{one} or {other}", answers.map(quoted)) });
+    setText("question-text", question && !commands.length ? `${asked} ${said()}` : asked);
     byId("answers").replaceChildren(...commands.map((answer) => this.button(answer)));
   }
 

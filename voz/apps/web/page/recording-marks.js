@@ -1,22 +1,23 @@
 // Plays what was heard, and marks what was really said.
+import { text } from "./texts.js";
 
 const MAX_MARKABLE = 100; // utterances: more than the page shows
 
-function element(name, text, more = {}) {
+function element(name, shown, more = {}) {
   const made = Object.assign(document.createElement(name), more);
-  if (text !== undefined) made.textContent = text;
+  if (shown !== undefined) made.textContent = shown;
   return made;
 }
 
-function button(text, press) {
-  return element("button", text, { type: "button", onclick: press });
+function button(word, press) {
+  return element("button", word, { type: "button", onclick: press });
 }
 
 // A mark in words; undefined is no mark.
 function markText(said, event) {
-  if (said === undefined) return "play it, or mark what it was";
-  if (said === "") return "marked: no command";
-  return said === event.text ? "marked: right" : `marked: “${said}” was said`;
+  if (said === undefined) return text("play it, or mark what it was");
+  if (said === "") return text("marked: no command");
+  return said === event.text ? text("marked: right") : text("marked: “{said}” was said", { said });
 }
 
 export class RecordingMarks {
@@ -75,20 +76,20 @@ export class RecordingMarks {
   // Buttons, not a list that opens: that could stand above STOP.
   rows(event) {
     const row = element("div", undefined, { className: "row" });
-    row.append(button("Play", () => this.play(event)));
-    if (event.text) row.append(button("Right", () => this.mark(event, event.text)));
-    row.append(button("No command", () => this.mark(event, null)));
+    row.append(button(text("Play"), () => this.play(event)));
+    if (event.text) row.append(button(text("Right"), () => this.mark(event, event.text)));
+    row.append(button(text("No command"), () => this.mark(event, null)));
     const others = element("div", undefined, { className: "row" });
     others.setAttribute("role", "group");
-    others.setAttribute("aria-label", "what was said");
-    others.append(...this.choices(event).map((text) => button(text, () => this.mark(event, text))));
-    return [row, element("p", "or this was said:", { className: "note" }), others];
+    others.setAttribute("aria-label", text("what was said"));
+    others.append(...this.choices(event).map((said) => button(said, () => this.mark(event, said))));
+    return [row, element("p", text("or this was said:"), { className: "note" }), others];
   }
 
   // What may have been said instead: what was heard nearly as well, then all that has a button.
   choices(event) {
     const heard = [event.next_best, ...this.commands];
-    return [...new Set(heard)].filter((text) => text && text !== event.text);
+    return [...new Set(heard)].filter((said) => said && said !== event.text);
   }
 
   mark(event, said) {

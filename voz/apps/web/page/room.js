@@ -1,4 +1,5 @@
 // The robot in its room, from above. What changes is moved, never redrawn: nothing flickers.
+import { text } from "./texts.js";
 
 const MAX_PLACES = 1500;
 const MIN_STEP = 0.01; // between two places of the path, m
@@ -14,8 +15,8 @@ function add(parent, name, attributes = {}) {
 }
 
 // A label stands upright though y goes up.
-function label(parent, text, x, y) {
-  add(parent, "text", { class: "label", x, y: -y, transform: "scale(1 -1)" }).textContent = text;
+function label(parent, word, x, y) {
+  add(parent, "text", { class: "label", x, y: -y, transform: "scale(1 -1)" }).textContent = word;
 }
 
 const points = (places) => places.map((place) => place.join(",")).join(" ");
@@ -49,7 +50,7 @@ export class Room {
     for (const name of ["beer", "cocacola"]) {
       const [px, py] = room[name];
       add(this.world, "circle", { class: "object", cx: px, cy: py, r: 0.045 });
-      label(this.world, name, px, py + 0.08);
+      label(this.world, text(name), px, py + 0.08);
     }
   }
 

@@ -3,6 +3,7 @@ import { byId, element, setText } from "./dom.js";
 import { EventLog } from "./event-log.js";
 import { Room } from "./room.js";
 import { SessionSound } from "./session-sound.js";
+import { text } from "./texts.js";
 import { Fold } from "./timeline-fold.js";
 import { Timeline } from "./timeline.js";
 import * as words from "./words.js";
@@ -27,7 +28,7 @@ const speed = () => Number(byId("speed").value);
 
 function listenButton(event) {
   if (!event.sound) return "";
-  const button = element("button", "listen", "Listen");
+  const button = element("button", "listen", text("Listen"));
   button.type = "button";
   button.onclick = () => sound.play(event);
   return button;
@@ -45,7 +46,8 @@ function countUntilNow(items, timeOf) {
 }
 
 function show() {
-  const clock = `${(now - session.begin).toFixed(1)} s of ${(session.end - session.begin).toFixed(1)} s`;
+  const [at, end] = [now, session.end].map((time) => (time - session.begin).toFixed(1));
+  const clock = text("{at} s of {end} s", { at, end });
   setText("clock", clock);
   byId("time").value = fold.place(now);
   byId("time").setAttribute("aria-valuetext", clock);
@@ -100,7 +102,7 @@ function step() {
 function play(on, silence = true) {
   if (on && now >= session.end) now = session.begin;
   playing = on ? { since: performance.now(), from: fold.place(now) } : null;
-  setText("play", on ? "Pause" : "Play");
+  setText("play", on ? text("Pause") : text("Play"));
   if (on) requestAnimationFrame(step);
   else if (silence) sound.stop();
 }

@@ -1,6 +1,7 @@
 // What may be said in the slots of a command: chips for words, a slider for numbers, and the sentence
 // that they make, which is shown before it is given.
 import { element } from "./dom.js";
+import { text } from "./texts.js";
 
 let made = 0;
 
@@ -12,7 +13,7 @@ export class SlotValues {
     this.chosen = new Map();
     this.sentence = element("p", "sentence");
     this.sentence.setAttribute("aria-live", "polite");
-    const send = element("button", "primary", "Say it");
+    const send = element("button", "primary", text("Say it"));
     send.type = "button";
     send.onclick = () => give(this.text());
     const choices = this.slots.map((slot) => this.choice(slot));
@@ -20,7 +21,7 @@ export class SlotValues {
     this.panel = element("div", "values", ...choices, this.sentence, send);
     this.panel.id = `values-${made++}`;
     this.panel.setAttribute("role", "group");
-    this.panel.setAttribute("aria-label", `What to say: ${button.text}`);
+    this.panel.setAttribute("aria-label", text("What to say: {text}", { text: button.text }));
   }
 
   // The sentence with what was chosen, the last slot first, for the places of the words.

@@ -1,5 +1,6 @@
 // STOP: says "stopped" when zero velocity was sent, and keeps trying until it was.
 import { byId, setText } from "./dom.js";
+import { text } from "./texts.js";
 
 const STOPPED_FOR = 2000; // ms that the button says so
 const RETRY_DELAY = 1000; // ms until a stop that was not confirmed is sent again
@@ -15,7 +16,7 @@ export class StopButton {
 
   press() {
     this.asked();
-    if (document.body.dataset.stop !== "failed") this.show("asked", "stopping …");
+    if (document.body.dataset.stop !== "failed") this.show("asked", text("stopping …"));
     return this.send();
   }
 
@@ -30,14 +31,14 @@ export class StopButton {
   }
 
   confirmed() {
-    this.show("stopped", "stopped");
+    this.show("stopped", text("stopped"));
     this.alarm("");
-    this.next = setTimeout(() => this.show("", "STOP"), STOPPED_FOR);
+    this.next = setTimeout(() => this.show("", text("STOP")), STOPPED_FOR);
   }
 
   failed() {
-    this.show("failed", "NOT STOPPED", "Cut its power. This page keeps trying.");
-    this.alarm("The robot did not confirm the stop.");
+    this.show("failed", text("NOT STOPPED"), text("Cut its power. This page keeps trying."));
+    this.alarm(text("The robot did not confirm the stop."));
     this.next = setTimeout(() => this.send(), RETRY_DELAY);
   }
 

@@ -1,6 +1,7 @@
 // Asks before this page takes over from the one that drives. STOP can be pressed meanwhile, as always: a modal
 // dialog would stand above it.
 import { byId, setText } from "./dom.js";
+import { text } from "./texts.js";
 
 export class TakeOver {
   // `confirmed` is called once somebody has said yes.
@@ -15,7 +16,7 @@ export class TakeOver {
   }
 
   ask(driver) {
-    setText("take-over-text", `${driver}, drives. Take over? The robot stops.`);
+    setText("take-over-text", text("{name}, drives. Take over? The robot stops.", { name: driver }));
     this.dialog.show();
     this.setAside(true);
   }

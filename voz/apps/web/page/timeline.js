@@ -1,5 +1,6 @@
 // The timeline of a session: what was said and done on it, how the robot moved, and what is folded.
 import { element } from "./dom.js";
+import { text, translate } from "./texts.js";
 import { utterance } from "./words.js";
 
 const LANES = 3; // of texts above each other; what has no room in them has a mark alone
@@ -62,7 +63,7 @@ export class Timeline {
   folds() {
     return this.fold.pieces.filter(({ idle }) => idle).map(({ from, to, begin, end }) => {
       const made = element("div", "fold", element("span", "", duration(to - from)));
-      made.title = `nothing happened for ${duration(to - from)}`;
+      made.title = text("nothing happened for {time}", { time: duration(to - from) });
       made.style.left = `${(100 * begin) / this.fold.length}%`;
       made.style.width = `${(100 * (end - begin)) / this.fold.length}%`;
       return made;
@@ -93,10 +94,10 @@ export class Timeline {
 
   marks() {
     return this.session.events.map((event) => {
-      const [kind, text] = mark(event);
+      const [kind, said] = mark(event);
       const at = event.start ?? event.t;
-      const made = element("div", `mark ${kind}`, ...(text ? [element("span", "", text)] : []));
-      made.title = event.text || text;
+      const made = element("div", `mark ${kind}`, ...(said ? [element("span", "", said)] : []));
+      made.title = translate(event.text) || said;
       made.style.left = this.percent(at);
       made.onclick = () => this.jumpTo(at);
       return made;

@@ -1,4 +1,5 @@
 // What is shown, in words: pure.
+import { list, quoted, text, translate } from "./texts.js";
 
 export const percent = (share, decimals = 0) => `${(share * 100).toFixed(decimals)} %`;
 
@@ -9,9 +10,9 @@ export function velocity(value) {
 }
 
 export function arm(selected) {
-  if (selected === 1) return "points at the beer";
-  if (selected === 2) return "points at the cocacola";
-  return selected === 100 ? "folded" : "–";
+  if (selected === 1) return text("points at the beer");
+  if (selected === 2) return text("points at the cocacola");
+  return selected === 100 ? text("folded") : "–";
 }
 
 export function place([x, y, heading]) {
@@ -21,35 +22,44 @@ export function place([x, y, heading]) {
 
 const side = (angular) => (angular > 0 ? "left" : "right");
 
+function turning(speed, angular) {
+  return angular > 0 ? text("{speed}, turning left", { speed }) : text("{speed}, turning right", { speed });
+}
+
+function rotating(angular) {
+  const speed = `${velocity(Math.abs(angular))} rad/s`;
+  return angular > 0 ? text("left, {speed}", { speed }) : text("right, {speed}", { speed });
+}
+
 // How the robot moves: [kind, word, more]; the kind is that of an icon.
 export function motion({ linear, angular, rehearsing }) {
   const turns = Math.abs(angular) >= 0.005;
   if (Math.abs(linear) >= 0.005) {
-    const [kind, word] = linear > 0 ? ["forward", "FORWARD"] : ["back", "BACK"];
-    const more = `${velocity(Math.abs(linear))} m/s` + (turns ? `, turning ${side(angular)}` : "");
-    return [turns && linear > 0 ? `turn-${side(angular)}` : kind, word, more];
+    const [kind, word] = linear > 0 ? ["forward", text("FORWARD")] : ["back", text("BACK")];
+    const speed = `${velocity(Math.abs(linear))} m/s`;
+    return [turns && linear > 0 ? `turn-${side(angular)}` : kind, word, turns ? turning(speed, angular) : speed];
   }
-  if (turns) return [`rotate-${side(angular)}`, "ROTATING", `${side(angular)}, ${velocity(Math.abs(angular))} rad/s`];
-  return rehearsing ? ["standing", "REHEARSAL", "nothing moves"] : ["standing", "STANDING", ""];
+  if (turns) return [`rotate-${side(angular)}`, text("ROTATING"), rotating(angular)];
+  return rehearsing ? ["standing", text("REHEARSAL"), text("nothing moves")] : ["standing", text("STANDING"), ""];
 }
 
 // Whether somebody is heard, and why not: [kind, word, more].
 export function ear(state, { mine, browserListens, microphoneOn, wake }) {
-  if (state.deaf) return ["deaf", "deaf", state.deaf];
-  if (browserListens && !mine) return state.driver ? ["off", "watching", ""] : ["off", "microphone off", ""];
-  if (state.speaking) return ["waiting", "robot speaks", "hears only stop"];
-  if (browserListens && !microphoneOn) return ["off", "microphone off", ""];
+  if (state.deaf) return ["deaf", text("deaf"), translate(state.deaf)];
+  if (browserListens && !mine) return ["off", state.driver ? text("watching") : text("microphone off"), ""];
+  if (state.speaking) return ["waiting", text("robot speaks"), text("hears only stop")];
+  if (browserListens && !microphoneOn) return ["off", text("microphone off"), ""];
   const words = [state.asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
-  if (words) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${words}”`];
-  if (!state.listening) return ["off", "not listening", ""]; // and nothing of the list begins it
-  if (!browserListens) return ["hearing", "listening", "robot's microphone"];
-  return state.talking ? ["hearing", "hearing you", ""] : ["ready", "hold to talk", ""];
+  if (words) return ["waiting", text("asleep"), state.talking ? text("hears you: say “{words}”", { words }) : text("say “{words}”", { words })];
+  if (!state.listening) return ["off", text("not listening"), ""]; // and nothing of the list begins it
+  if (!browserListens) return ["hearing", text("listening"), text("robot's microphone")];
+  return state.talking ? ["hearing", text("hearing you"), ""] : ["ready", text("hold to talk"), ""];
 }
 
 // Whether what is said is recorded.
 export function recording(note) {
-  if (note === null) return "To play and mark what was heard, start voz run --web --record DIR.";
-  return note || "Nothing is recorded any more.";
+  if (note === null) return text("To play and mark what was heard, start voz run --web --record DIR.");
+  return translate(note) || text("Nothing is recorded any more.");
 }
 
 export const isSpoken = (event) => !["page", "program", "wyoming", "text", "bag"].includes(event.source);
@@ -66,13 +76,15 @@ const IGNORED = {
 // An utterance: [kind, what, why it was not obeyed].
 export function utterance(event) {
   if (event.obeyed) return ["obeyed", event.text, ""];
-  if (["not_listening", "asleep"].includes(event.ignored)) return ["asleep", event.text, "it is asleep"];
-  if (event.accepted) return ["ignored", event.text, IGNORED[event.ignored] ?? event.why ?? ""];
-  if (!isSpoken(event)) return ["nothing", event.text, event.why ?? ""];
-  if (event.between) return ["unsure", event.between.join(" or "), "not sure which"];
-  if (event.text && event.confidence >= PLAUSIBLE) return ["unsure", event.text, "not sure enough"];
-  return ["nothing", "no command", NOTHING[event.reason] ?? "somebody spoke"];
+  if (["not_listening", "asleep"].includes(event.ignored)) return ["asleep", event.text, text("it is asleep")];
+  if (event.accepted) return ["ignored", event.text, text(IGNORED[event.ignored] ?? "") || why(event)];
+  if (!isSpoken(event)) return ["nothing", event.text, why(event)];
+  if (event.between) return ["unsure", list("{one} or {other}", event.between), text("not sure which")];
+  if (event.text && event.confidence >= PLAUSIBLE) return ["unsure", event.text, text("not sure enough")];
+  return ["nothing", text("no command"), text(NOTHING[event.reason] ?? "somebody spoke")];
 }
+
+const why = (event) => translate(event.why ?? "");
 
 const PLAUSIBLE = 0.2; // confidence: below it is rather talk, for which some command fits best, too
 
@@ -86,9 +98,9 @@ const NOTHING = {
 // How sure it was of an utterance, in sentences.
 export function opinion(event) {
   if (event.source === "bag") return []; // a bag has texts alone
-  if (!isSpoken(event)) return ["It was tapped or typed."];
-  const needs = event.needed ? ` A command needs ${percent(event.needed)}.` : "";
-  const sentences = [`It was ${percent(event.confidence)} sure.${needs}`];
-  if (event.next_best) sentences.push(`It might also have been “${event.next_best}”.`);
+  if (!isSpoken(event)) return [text("It was tapped or typed.")];
+  const needs = event.needed ? ` ${text("A command needs {share}.", { share: percent(event.needed) })}` : "";
+  const sentences = [text("It was {share} sure.", { share: percent(event.confidence) }) + needs];
+  if (event.next_best) sentences.push(text("It might also have been {command}.", { command: quoted(event.next_best) }));
   return sentences;
 }

@@ -1,0 +1,110 @@
+"""The page is in the language of its browser, whatever the robot's is."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+
+import pytest
+from browser_page import SECONDS, opened
+from operator_page import PageRobot, page_robot
+from operator_page import opened as opened_without_browser
+from playwright.sync_api import Browser, Page, expect
+
+from voz.apps.web.page_language import page_html, preferred_language
+from voz.config import default_commands
+from voz.texts.tables import PLACEHOLDER, languages, pattern, read_texts, text
+
+
+@pytest.mark.parametrize(
+    ("accepted", "language"),
+    [
+        ("es-MX,es;q=0.9,en;q=0.8", "es"),
+        ("sv,fr-CA;q=0.5,en;q=0.4", "fr"),
+        ("en-US,en;q=0.9,es;q=0.8", "en"),
+        ("en;q=0.1, ES ;q=0.2", "es"),
+        ("sv", "en"),
+        ("", "en"),
+        ("es;q=nan,fr;q=x,*;q=0.5", "en"),
+    ],
+)
+def test_the_first_language_that_a_browser_prefers_and_voz_has(
+    accepted: str, language: str
+) -> None:
+    assert preferred_language(accepted) == language
+
+
+@pytest.mark.parametrize("language", languages())
+def test_a_page_says_which_language_it_has_and_brings_its_texts(language: str) -> None:
+    page = page_html("index.html", language)
+    heading = f'<h2 id="heard-title">{text("Heard and said until then", language)}</h2>'
+    assert heading in page_html("session.html", language)
+    assert f'<html lang="{language}">' in page
+    assert f'<button id="main-button" type="button" disabled>{text("Drive", language)}<' in page
+    (table,) = re.findall(r'<script id="texts" type="application/json">(.*?)</script>', page)
+    assert json.loads(table)["texts"] == dict(read_texts(language).texts)
+    assert ("operator page" in page.replace(table, "")) == (language == "en")
+
+
+@pytest.fixture(scope="module")
+def robot(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
+    with page_robot(no_sound_card) as robot:
+        yield robot
+
+
+def english_on(page: Page) -> set[str]:
+    """What is English on a page, seen or hidden, of all that its table translates."""
+    script = """() => {
+        const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+        const shown = [document.title];
+        while (walker.nextNode()) shown.push(walker.currentNode.data);
+        for (const one of document.querySelectorAll("[aria-label]")) shown.push(one.ariaLabel);
+        return shown;
+    }"""
+    shown = {" ".join(each.split()) for each in page.evaluate(script)}
+    shown -= {*default_commands().replies}  # the robot speaks its own language
+    own = read_texts(page.locator("html").get_attribute("lang") or "").texts
+    keys = [key for key in own if own[key] != key and len(PLACEHOLDER.sub("", key)) > 3]
+    return {each for each in shown for key in keys if re.fullmatch(pattern(key), each)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("locale", "free", "drives", "moves"),
+    [
+        ("es-ES", "no conduce nadie", "conduces tú", "ADELANTE 0.10 m/s"),
+        ("fr-FR", "personne ne conduit", "tu conduis", "AVANCE 0.10 m/s"),
+    ],
+)
+def test_all_of_the_page_is_in_the_language_of_the_browser(
+    robot: PageRobot, browser: Browser, locale: str, free: str, drives: str, moves: str
+) -> None:
+    language = locale[:2]
+    expect.set_options(timeout=SECONDS)
+    context = browser.new_context(locale=locale, permissions=["microphone"])
+    context.set_default_timeout(SECONDS)
+    page = opened(context, robot.link)
+    expect(page.locator("html")).to_have_attribute("lang", language)
+    expect(page.locator("#driver")).to_have_text(free)
+    assert english_on(page) == set()
+    page.get_by_role("button", name=text("Drive", language), exact=True).click()
+    expect(page.locator("#driver")).to_have_text(drives)
+    page.locator("#commands").get_by_role("button", name="go forward", exact=True).click()
+    expect(page.locator("#motion")).to_have_text(moves)
+    page.locator("#stop").click()
+    expect(page.locator("#stop-word")).to_have_text(text("stopped", language))
+    page.locator("#rehearse").check()
+    rehearsing = text("rehearsal: commands are recognized, and only stop is obeyed", language)
+    expect(page.locator("#log")).to_contain_text(rehearsing)
+    page.locator("#commands").get_by_role("button", name="go back", exact=True).click()
+    expect(page.locator("#heard .why")).to_have_text(text("rehearsal: nothing moves", language))
+    page.locator("#rehearse").uncheck()
+    with opened_without_browser(robot) as other:
+        other.drive(over=True)
+        program = text("program", language)
+        expect(page.locator("#notice-text")).to_contain_text(program)
+        expect(page.locator("#log")).to_contain_text(program)
+        assert english_on(page) == set()
+    assert page.complaints == []  # type: ignore[attr-defined]
+    context.close()

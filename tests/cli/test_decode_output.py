@@ -11,8 +11,8 @@ import sqlite3
 import subprocess
 import tempfile
 import threading
-from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from programs import wait_until
 from recordings import FIXTURES
+
+from voz.apps.batch.executors import InlineExecutor
+from voz.apps.batch.worker import WorkerSetup
 
 pytestmark = pytest.mark.slow
 
@@ -41,8 +44,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def decode(out: Path, folder: Path, *more: object) -> Result:
+Decode = Callable[..., Result]
+
+
+def by_process(out: Path, folder: Path, *more: object) -> Result:
+    """Decode as users do: by a program, whose recordings are decoded in another process."""
     return in_process("decode", folder, "--no-network", "--jobs", "1", "--out", out, *more)
+
+
+@pytest.fixture
+def decode(voz: Decode, monkeypatch: pytest.MonkeyPatch) -> Decode:
+    """Decode in this process, which makes the same file: `known` is made by a program."""
+
+    def inline(setup: WorkerSetup, _: int) -> AbstractContextManager[InlineExecutor]:
+        return nullcontext(InlineExecutor(setup))
+
+    monkeypatch.setattr("voz.apps.batch.batch_decoder.process_executor", inline)
+    return lambda out, folder, *more: voz("decode", folder, "--no-network", "--out", out, *more)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +69,7 @@ def known(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, b
     outputs = {}
     for ending in (".jsonl", ".csv", ".parquet"):
         out = tmp_path_factory.mktemp("known") / f"heard{ending}"
-        result = decode(out, folder)
+        result = by_process(out, folder)
         assert result.code == 3
         assert f"{COUNT} recordings" in result.err
         assert "1 recordings with nothing in them, 1 that could not be read" in result.err
@@ -119,7 +137,7 @@ def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
                 timer.start()
                 program.communicate()
                 timer.cancel()
-        result = decode(out, folder, "--resume")
+        result = by_process(out, folder, "--resume")
         assert result.code == 3
         assert out.read_bytes() == known[".jsonl"]
         left = sorted(path.name for path in Path(place).iterdir())
@@ -127,7 +145,7 @@ def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
 
 
 def test_ctrl_c_says_how_to_go_on(
-    folder: Path, known: dict[str, bytes], silence: Path, tmp_path: Path
+    decode: Decode, folder: Path, known: dict[str, bytes], silence: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "heard.csv"
     with going_on(out, folder, silence) as (program, journal):
@@ -145,7 +163,9 @@ def test_ctrl_c_says_how_to_go_on(
     assert out.read_bytes() == known[".csv"]
 
 
-def test_two_runs_on_one_output_are_refused(folder: Path, silence: Path, tmp_path: Path) -> None:
+def test_two_runs_on_one_output_are_refused(
+    decode: Decode, folder: Path, silence: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "heard.jsonl"
     with going_on(out, folder, silence) as (program, _):
         assert "is being written by another run" in decode(out, folder, "--resume").complaint
@@ -156,7 +176,7 @@ def test_two_runs_on_one_output_are_refused(folder: Path, silence: Path, tmp_pat
 
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_input_that_grows_is_taken_up_and_what_failed_is_tried_again(
-    folder: Path, known: dict[str, bytes], tmp_path: Path, ending: str
+    decode: Decode, folder: Path, known: dict[str, bytes], tmp_path: Path, ending: str
 ) -> None:
     some, out = tmp_path / "some", tmp_path / f"heard{ending}"
     shutil.copytree(folder, some)
@@ -183,7 +203,7 @@ def kept_by_a_kill(out: Path, folder: Path, silence: Path) -> set[str]:
 
 @pytest.mark.parametrize("killed", [True, False])
 def test_what_changed_is_decoded_again_and_named(
-    folder: Path, silence: Path, tmp_path: Path, killed: bool
+    decode: Decode, folder: Path, silence: Path, tmp_path: Path, killed: bool
 ) -> None:
     some, out = tmp_path / "some", tmp_path / "heard.jsonl"
     shutil.copytree(folder, some)
@@ -206,7 +226,7 @@ def test_what_changed_is_decoded_again_and_named(
     assert ALL_KNOWN in decode(out, some, "--resume").err
 
 
-def test_a_long_recording_that_changed_is_decoded_again(tmp_path: Path) -> None:
+def test_a_long_recording_that_changed_is_decoded_again(decode: Decode, tmp_path: Path) -> None:
     some, out = tmp_path / "some", tmp_path / "heard.csv"
     some.mkdir()
     for seconds in (1300, 1250):
@@ -217,7 +237,7 @@ def test_a_long_recording_that_changed_is_decoded_again(tmp_path: Path) -> None:
 
 
 def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken(
-    folder: Path, known: dict[str, bytes], tmp_path: Path
+    decode: Decode, folder: Path, known: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "heard.jsonl"
     decode(out, folder)
@@ -235,7 +255,7 @@ def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken
     assert "heard.jsonl.recordings: is damaged" in decode(out, folder, "--resume").complaint
 
 
-def test_what_is_gone_keeps_its_results(folder: Path, tmp_path: Path) -> None:
+def test_what_is_gone_keeps_its_results(decode: Decode, folder: Path, tmp_path: Path) -> None:
     shutil.copy(folder / "00.flac", tmp_path)
     out, listed = tmp_path / "heard.jsonl", tmp_path / "00.flac"
     assert decode(out, listed).code == 0
@@ -245,7 +265,9 @@ def test_what_is_gone_keeps_its_results(folder: Path, tmp_path: Path) -> None:
     assert out.read_bytes() == before
 
 
-def test_a_finished_output_is_replaced_only_if_asked(folder: Path, tmp_path: Path) -> None:
+def test_a_finished_output_is_replaced_only_if_asked(
+    decode: Decode, folder: Path, tmp_path: Path
+) -> None:
     out, one = tmp_path / "heard.jsonl", folder / "00.flac"
     assert decode(out, one).code == 0
     before = out.read_bytes()
@@ -263,7 +285,7 @@ def test_a_finished_output_is_replaced_only_if_asked(folder: Path, tmp_path: Pat
 
 
 def test_an_unfinished_run_is_begun_again_only_if_asked(
-    folder: Path, silence: Path, tmp_path: Path
+    decode: Decode, folder: Path, silence: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "heard.jsonl"
     kept_by_a_kill(out, folder, silence)
@@ -277,27 +299,29 @@ def test_an_unfinished_run_is_begun_again_only_if_asked(
 
 
 def test_what_changed_since_its_shard_was_made_is_decoded_again(
-    folder: Path, tmp_path: Path
+    decode: Decode, voz: Decode, folder: Path, tmp_path: Path
 ) -> None:
     some, out = tmp_path / "some", tmp_path / "heard.csv"
     shutil.copytree(folder, some)
-    made = shards(some, tmp_path, 2)
-    assert in_process("merge", *made, "--out", out).code == 0
+    made = shards(decode, some, tmp_path, 2)
+    assert voz("merge", *made, "--out", out).code == 0
     shutil.copy(folder / "10.flac", some / "03.flac")
     result = decode(out, some, "--resume")
     assert f"changed since, decoded again: {some / '03.flac'}\n" in result.err
     assert f"{COUNT} recordings ({COUNT - 1} were known)" in result.err
     made[1].with_name(f"{made[1].name}.recordings").unlink()
-    assert in_process("merge", *made, "--out", out, "--overwrite").code == 0
+    assert voz("merge", *made, "--out", out, "--overwrite").code == 0
     assert "has no .recordings file" in decode(out, some, "--resume").err
 
 
-def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path) -> None:
-    made, out = shards(folder / "00.flac", tmp_path, 1), tmp_path / "whole.jsonl"
+def test_merged_shards_replace_nothing_unless_asked(
+    decode: Decode, voz: Decode, folder: Path, tmp_path: Path
+) -> None:
+    made, out = shards(decode, folder / "00.flac", tmp_path, 1), tmp_path / "whole.jsonl"
     out.write_text("mine")
-    assert f"{out}: is there already; replace" in in_process("merge", *made, "--out", out).complaint
+    assert f"{out}: is there already; replace" in voz("merge", *made, "--out", out).complaint
     assert out.read_text() == "mine"
-    assert in_process("merge", *made, "--out", out, "--overwrite").code == 0
+    assert voz("merge", *made, "--out", out, "--overwrite").code == 0
 
 
 @pytest.mark.parametrize(
@@ -312,12 +336,12 @@ def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path
     ],
 )
 def test_what_is_to_be_replaced_must_be_clear(
-    folder: Path, given: tuple[str, ...], said: str
+    voz: Decode, folder: Path, given: tuple[str, ...], said: str
 ) -> None:
-    assert said in in_process("decode", folder, *given).complaint
+    assert said in voz("decode", folder, *given).complaint
 
 
-def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:
+def test_other_settings_are_refused(decode: Decode, folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     decode(out, folder, "--glob", "0*")
     before = out.read_bytes()
@@ -330,7 +354,7 @@ def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:
 def thirds(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the three shards of all recordings."""
     place = tmp_path_factory.mktemp("thirds")
-    shards(folder, place, 3)
+    shards(by_process, folder, place, 3)
     return place
 
 
@@ -339,7 +363,7 @@ def copied(thirds: Path, place: Path) -> list[Path]:
     return [place / f"heard-{number}.jsonl" for number in (1, 2, 3)]
 
 
-def shards(folder: Path, place: Path, count: int) -> list[Path]:
+def shards(decode: Decode, folder: Path, place: Path, count: int) -> list[Path]:
     made = []
     for number in range(1, count + 1):
         out = place / f"heard-{number}.jsonl"
@@ -349,22 +373,24 @@ def shards(folder: Path, place: Path, count: int) -> list[Path]:
 
 
 def test_shards_merged_are_the_output_of_one_run(
-    thirds: Path, known: dict[str, bytes], tmp_path: Path
+    voz: Decode, thirds: Path, known: dict[str, bytes], tmp_path: Path
 ) -> None:
     made = copied(thirds, tmp_path)
     for ending, whole in known.items():
         out = tmp_path / f"heard{ending}"
-        result = in_process("merge", *made[::-1], "--out", out)
+        result = voz("merge", *made[::-1], "--out", out)
         assert (result.code, result.err) == (0, f"written: {out}, {COUNT} recordings\n")
         assert out.read_bytes() == whole
 
 
-def test_what_is_no_whole_is_not_merged(folder: Path, thirds: Path, tmp_path: Path) -> None:
+def test_what_is_no_whole_is_not_merged(
+    decode: Decode, voz: Decode, folder: Path, thirds: Path, tmp_path: Path
+) -> None:
     one, two, three = copied(thirds, tmp_path)
     out = tmp_path / "heard.jsonl"
 
     def complaint(*given: Path) -> str:
-        return in_process("merge", *given, "--out", out).complaint
+        return voz("merge", *given, "--out", out).complaint
 
     assert "shard 2/3: is missing" in complaint(one, three)
     assert "named twice" in complaint(one, two, three, two)
@@ -384,10 +410,12 @@ def test_what_is_no_whole_is_not_merged(folder: Path, thirds: Path, tmp_path: Pa
     assert not out.exists()
 
 
-def test_a_full_disk_is_a_line_and_what_was_decoded_stays(folder: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_a_line_and_what_was_decoded_stays(
+    decode: Decode, folder: Path, tmp_path: Path
+) -> None:
     """A limit on the length of files stands for the disk."""
     out = tmp_path / "heard.jsonl"
-    limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)); "
+    limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (32_000, 32_000)); "
     limited += "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     limited += "from voz.cli import main; sys.exit(main())"
     command = [VOZ[0], "-c", limited, "decode", str(folder), "--no-network", "--out", str(out)]

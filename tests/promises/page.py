@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import selectors
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -29,6 +30,14 @@ TURNS = 4
 CLIENT = ("127.0.0.1", 50_000)
 
 
+class NoSockets(selectors.SelectSelector):
+    """Of an event loop without sockets: nothing is ever to be read, and no system call asks."""
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """Return nothing at once."""
+        return []
+
+
 class Server:
     """Serves the application of a page, on the thread of the test, as the time goes on."""
 
@@ -36,7 +45,7 @@ class Server:
     access = AccessControl(())
 
     def __init__(self) -> None:
-        self._loop = asyncio.new_event_loop()
+        self._loop = asyncio.SelectorEventLoop(NoSockets())
         self._tasks: list[asyncio.Task[Any]] = []
         self._app: ASGIApp | None = None
 
@@ -58,9 +67,15 @@ class Server:
 
     def step(self) -> None:
         """Let what waits on the event loop go on."""
-        for _ in range(TURNS if not self._loop.is_closed() else 0):
-            self._loop.call_soon(self._loop.stop)
+        if not self._loop.is_closed():
+            self._loop.call_soon(self._turn, TURNS)
             self._loop.run_forever()
+
+    def _turn(self, left: int) -> None:
+        if left == 1:
+            self._loop.stop()
+        else:
+            self._loop.call_soon(self._turn, left - 1)
 
     def start(self, work: Any) -> asyncio.Task[Any]:
         """Begin some work on the event loop."""

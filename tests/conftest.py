@@ -10,11 +10,14 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Collection, Iterator
+from contextlib import AbstractContextManager, nullcontext
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
 
 import pytest
+from calls import Result
 from hypothesis import settings
 from loudspeaker import loudspeaker
 from programs import PATIENCE
@@ -24,6 +27,9 @@ from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
 
 from voz.api.recognizer import Recognizer
+from voz.apps.batch.executors import InlineExecutor
+from voz.apps.batch.worker import WorkerSetup
+from voz.cli import main
 from voz.language.language_files import LanguageFiles
 from voz.process.signals import AUDIO_THREADS
 from voz.recognition.language import Language, load_language
@@ -156,3 +162,33 @@ def loaded(language: LanguageFiles) -> Language:
 @pytest.fixture(scope="session")
 def recognizer(language: LanguageFiles) -> Recognizer:
     return Recognizer(language, Recognition())
+
+
+@pytest.fixture
+def voz(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Result]:
+    """Call the command in this process: ten times faster than in one of its own."""
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
+    monkeypatch.chdir(ROOT)
+
+    def call(*arguments: object, cwd: Path | str = ".", typed: str | None = None) -> Result:
+        capfd.readouterr()
+        with monkeypatch.context() as patched:
+            patched.chdir(cwd)
+            if typed is not None:
+                patched.setattr("sys.stdin", TextIOWrapper(BytesIO(typed.encode())))
+            code = main([str(argument) for argument in arguments])
+        return Result(code, *capfd.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def inline(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let recordings be decoded in this process where voz begins another for them."""
+
+    def here(setup: WorkerSetup, _: int) -> AbstractContextManager[InlineExecutor]:
+        return nullcontext(InlineExecutor(setup))
+
+    monkeypatch.setattr("voz.apps.batch.batch_decoder.process_executor", here)

@@ -1,32 +1,10 @@
-"""The command as the tests call it."""
+"""What the tests of the command share."""
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from calls import Result
-from recordings import ROOT
-
-from voz.cli import main
-
-
-@pytest.fixture
-def voz(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Result]:
-    """Call the command in this process: ten times faster than in one of its own."""
-    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
-    monkeypatch.chdir(ROOT)
-
-    def call(*arguments: object) -> Result:
-        capfd.readouterr()
-        code = main([str(argument) for argument in arguments])
-        return Result(code, *capfd.readouterr())
-
-    return call
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +23,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from programs import wait_until
 from recordings import FIXTURES
-
-from voz.apps.batch.executors import InlineExecutor
-from voz.apps.batch.worker import WorkerSetup
 
 pytestmark = pytest.mark.slow
 
@@ -53,13 +50,8 @@ def by_process(out: Path, folder: Path, *more: object) -> Result:
 
 
 @pytest.fixture
-def decode(voz: Decode, monkeypatch: pytest.MonkeyPatch) -> Decode:
+def decode(voz: Decode, inline: None) -> Decode:
     """Decode in this process, which makes the same file: `known` is made by a program."""
-
-    def inline(setup: WorkerSetup, _: int) -> AbstractContextManager[InlineExecutor]:
-        return nullcontext(InlineExecutor(setup))
-
-    monkeypatch.setattr("voz.apps.batch.batch_decoder.process_executor", inline)
     return lambda out, folder, *more: voz("decode", folder, "--no-network", "--out", out, *more)
 
 

@@ -78,12 +78,12 @@ def test_what_does_nothing_is_told(
 
 
 def test_what_the_table_has_and_nobody_can_say_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     own = '[commands]\nb.say = "b"\nstop = { stop = true }\n'
     Path("voz.toml").write_text(f'{own}[states.menu]\nc.say = "c"\nb.say = "b"\nd.say = "d"\n')
-    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
     told = 'no line of the list of commands is "b" or "c" or 1 more: add it, and run `voz build'
     assert told in result.err
 
@@ -93,20 +93,20 @@ def test_what_the_table_has_and_nobody_can_say_is_told(
     [("Open Gripper", "Open Gripper"), ("open gripper", " Open  gripper!"), ("go two", "Go 2")],
 )
 def test_names_in_voz_toml_are_read_as_typed_text_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, key: str
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, key: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("list.txt").write_text(f"{line}\nSTOP\n", "utf-8")
     Path("voz.toml").write_text(f'[commands]\n"{key}" = {{ say = "done" }}\n', "utf-8")
-    assert in_process("build-lm", "list.txt", "--out", "lm").code == 0
+    assert voz("build-lm", "list.txt", "--out", "lm").code == 0
     typed = f"{line}\n-\n"
-    result = in_process("run", "--text", "-", "--no-sound", "--listening", input=typed)
+    result = voz("run", "--text", "-", "--no-sound", "--listening", typed=typed)
     assert (result.code, result.err.count("add it")) == (0, 0), result.err
     assert 'robot says "done"' in result.out
 
 
 def test_who_types_help_reads_what_may_be_said(voz: Any) -> None:
-    result = in_process("run", "--text", "-", "--no-sound", input="help\nstart speech\n?\n")
+    result = voz("run", "--text", "-", "--no-sound", typed="help\nstart speech\n?\n")
     asleep, awake = re.findall("you can say: (.*)", result.out)
     assert asleep == "start speech, stop speech, stop"
     assert awake.startswith("stop speech, go forward, go back, ")
@@ -114,34 +114,34 @@ def test_who_types_help_reads_what_may_be_said(voz: Any) -> None:
 
 
 def test_who_is_not_listened_to_is_told_the_words_of_the_list(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("list.txt").write_text("wake: hello robot [please]\nstop\ngo back\n")
     Path("voz.toml").write_text('[commands]\nwake = { listen = true, say = "hi" }\n')
-    assert in_process("build-lm", "list.txt", "--out", "lm").code == 0
-    result = in_process("run", "--text", "-", "--no-sound", input="go back\nhello robot\ngo back\n")
+    assert voz("build-lm", "list.txt", "--out", "lm").code == 0
+    result = voz("run", "--text", "-", "--no-sound", typed="go back\nhello robot\ngo back\n")
     assert 'ignored  "go back" (1.00), not obeyed: say "hello robot" first' in result.out
     assert 'heard    "go back" (1.00)' in result.out
 
 
 def test_a_command_that_is_defined_twice_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     twice = '[commands]\n"go back" = { drive = -0.2 }\n"Go Back" = { drive = -0.1 }\n'
     Path("voz.toml").write_text(twice)
-    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
     assert result.code == 2
     assert 'voz.toml:3: "Go Back" is "go back", which is there twice; remove one' in result.err
 
 
 def test_a_command_that_must_not_be_missed_and_is_in_no_list_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("voz.toml").write_text('[recognition]\nnever_missed = ["stop", "go forward", "stopp"]\n')
-    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
     assert 'no line of the list of commands is "stopp": add it' in result.err
     assert "go forward" not in result.err
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.server
 from collections.abc import Callable, Generator, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,11 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.fixture
+def voz(voz: Any, inline: None, tmp_path: Path) -> Any:
+    return partial(voz, cwd=tmp_path)
+
+
 def decode(output: str, resume: bool = False) -> list[int]:
     """Decode two recordings, of which one is not there; tells which it did not know yet."""
     many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition(use_network=False)), jobs=1)
@@ -196,37 +202,37 @@ def test_what_another_run_wrote_meanwhile_is_not_written_over(
     assert path.read_bytes() == on_the_disk
 
 
-def test_an_unknown_address_is_refused_before_the_work() -> None:
-    result = in_process("decode", GO_BACK, "--out", "nonesuch://bucket/heard.jsonl")
+def test_an_unknown_address_is_refused_before_the_work(voz: Any) -> None:
+    result = voz("decode", GO_BACK, "--out", "nonesuch://bucket/heard.jsonl")
     assert "nonesuch://bucket/heard.jsonl: cannot be opened" in result.complaint
-    result = in_process("decode", GO_BACK, "--out", "memory://bucket/heard.txt")
+    result = voz("decode", GO_BACK, "--out", "memory://bucket/heard.txt")
     assert "memory://bucket/heard.txt: end it with .jsonl, .csv, .parquet" in result.complaint
 
 
-def test_an_object_is_replaced_only_if_asked(store: tuple[str, type[Store]]) -> None:
+def test_an_object_is_replaced_only_if_asked(voz: Any, store: tuple[str, type[Store]]) -> None:
     address, handler = store
     output = f"{address}/heard.jsonl"
     handler.objects["/heard.jsonl"] = b"mine"
     given = ("decode", GO_BACK, "--no-network", "--jobs", "1", "--out", output)
-    assert f"{output}: is there already; continue it" in in_process(*given).complaint
+    assert f"{output}: is there already; continue it" in voz(*given).complaint
     assert handler.objects == {"/heard.jsonl": b"mine"}
-    assert in_process(*given, "--overwrite").code == 0
+    assert voz(*given, "--overwrite").code == 0
     assert handler.objects["/heard.jsonl"] != b"mine"
 
 
 @pytest.mark.slow
 def test_shards_elsewhere_are_merged_to_elsewhere(
-    store: tuple[str, type[Store]], tmp_path: Path
+    voz: Any, store: tuple[str, type[Store]], tmp_path: Path
 ) -> None:
     address, handler = store
     given = ("decode", GO_BACK.parent, "--glob", "festival_ked*", "--no-network", "--jobs", "1")
     places = [f"{address}/shards/1.parquet", f"{address}/shards/2.csv"]
     for number, place in enumerate(places, start=1):
-        assert in_process(*given, "--shard", f"{number}/2", "--out", place).code == 0
-    assert in_process(*given, "--out", "whole.jsonl").code == 0
-    missing = in_process("merge", places[0], f"{address}/none.csv", "--out", "merged.jsonl")
+        assert voz(*given, "--shard", f"{number}/2", "--out", place).code == 0
+    assert voz(*given, "--out", tmp_path / "whole.jsonl").code == 0
+    missing = voz("merge", places[0], f"{address}/none.csv", "--out", tmp_path / "merged.jsonl")
     assert missing.complaint.startswith(f"voz: {address}/none.csv: cannot be fetched")
-    result = in_process("merge", *places, "--out", f"{address}/heard.jsonl")
+    result = voz("merge", *places, "--out", f"{address}/heard.jsonl")
     assert (result.code, result.err) == (0, f"written: {address}/heard.jsonl, 14 recordings\n")
     whole = (tmp_path / "whole.jsonl").read_bytes()
     assert handler.objects["/heard.jsonl"] == whole

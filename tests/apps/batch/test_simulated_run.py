@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import in_process
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings import GO_BACK, Recording
@@ -22,23 +21,23 @@ def events_of(folder: Path, name: object) -> list[dict[str, Any]]:
     return [json.loads(line) for line in lines]
 
 
-def test_the_events_are_those_of_a_run(session: Recording, tmp_path: Path) -> None:
+def test_the_events_are_those_of_a_run(voz: Any, session: Recording, tmp_path: Path) -> None:
     options = ("--json", "--pictures", "--drive", tmp_path / "driven")
-    result = in_process("decode", *options, session.path, GO_BACK)
+    result = voz("decode", *options, session.path, GO_BACK)
     assert result.code == 0
-    run = in_process(
+    run = voz(
         *("run", "--wav", session.path, "--robot", "simulator", "--no-sound", "--events", "-")
     )
     assert events_of(tmp_path / "driven", session.path) == run.json
     picture = tmp_path / "driven" / f"{file_name_for(str(session.path))}.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
-    plain = in_process("decode", "--json", session.path, GO_BACK)
+    plain = voz("decode", "--json", session.path, GO_BACK)
     assert result.json == plain.json
 
 
-def test_nothing_moves_unless_the_robot_listens(tmp_path: Path) -> None:
+def test_nothing_moves_unless_the_robot_listens(voz: Any, tmp_path: Path) -> None:
     def moves(*more: object) -> bool:
-        in_process("decode", "--drive", tmp_path, GO_BACK, *more)
+        voz("decode", "--drive", tmp_path, GO_BACK, *more)
         sent = [e for e in events_of(tmp_path, GO_BACK) if e["type"] == "cmd_vel"]
         assert sent[-1]["linear"] == 0
         return any(e["linear"] for e in sent)
@@ -47,48 +46,45 @@ def test_nothing_moves_unless_the_robot_listens(tmp_path: Path) -> None:
     assert moves("--listening", "--overwrite")
 
 
-def test_what_a_recording_did_before_is_replaced_only_if_asked(tmp_path: Path) -> None:
+def test_what_a_recording_did_before_is_replaced_only_if_asked(voz: Any, tmp_path: Path) -> None:
     call = ("decode", "--drive", tmp_path, GO_BACK)
-    assert in_process(*call).code == 0
+    assert voz(*call).code == 0
     events = tmp_path / f"{file_name_for(str(GO_BACK))}.jsonl"
     assert list(tmp_path.iterdir()) == [events]  # a picture is drawn only if asked
     events.write_text("mine")
-    assert f"{events}: is there already; replace it by --overwrite" in in_process(*call).complaint
+    assert f"{events}: is there already; replace it by --overwrite" in voz(*call).complaint
     assert events.read_text() == "mine"
-    assert in_process(*call, "--overwrite").code == 0
+    assert voz(*call, "--overwrite").code == 0
     assert events.read_text() != "mine"
 
 
-def test_programs_of_commands_are_not_started(tmp_path: Path) -> None:
+def test_programs_of_commands_are_not_started(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "voz.toml").write_text(
         f'[commands]\n"go back" = {{ run = ["touch", "{tmp_path}/started"] }}\n'
     )
     options = ("--config", tmp_path / "voz.toml", "--listening", "--words", GO_BACK)
-    assert in_process("decode", "--drive", tmp_path / "driven", *options).code == 0
+    assert voz("decode", "--drive", tmp_path / "driven", *options).code == 0
     events = events_of(tmp_path / "driven", GO_BACK)
     assert {e["type"] for e in events} >= {"utterance", "cmd_vel"}
     assert [word["word"] for e in events for word in e.get("words", [])] == ["go", "back"]
     assert not (tmp_path / "started").exists()
 
 
-def test_a_recording_that_cannot_be_read_is_a_row(tmp_path: Path) -> None:
-    result = in_process("decode", "--json", "--drive", tmp_path / "driven", "none.wav")
+def test_a_recording_that_cannot_be_read_is_a_row(voz: Any, tmp_path: Path) -> None:
+    result = voz("decode", "--json", "--drive", tmp_path / "driven", "none.wav")
     assert result.code == 3
     assert result.json == [{"file": "none.wav", "error": "none.wav: there is no such file"}]
 
 
-def test_a_run_without_it_is_not_gone_on_with(tmp_path: Path) -> None:
+def test_a_run_without_it_is_not_gone_on_with(voz: Any, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
-    assert in_process("decode", GO_BACK, "--out", out).code == 0
+    assert voz("decode", GO_BACK, "--out", out).code == 0
     options = ("--out", out, "--resume", "--drive", tmp_path / "driven")
-    assert "was started with no --drive" in in_process("decode", GO_BACK, *options).complaint
+    assert "was started with no --drive" in voz("decode", GO_BACK, *options).complaint
 
 
-def test_pictures_without_a_robot_are_refused() -> None:
-    assert (
-        "--pictures: draws the way of a robot"
-        in in_process("decode", GO_BACK, "--pictures").complaint
-    )
+def test_pictures_without_a_robot_are_refused(voz: Any) -> None:
+    assert "--pictures: draws the way of a robot" in voz("decode", GO_BACK, "--pictures").complaint
 
 
 def test_names_of_files_are_readable() -> None:

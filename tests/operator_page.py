@@ -34,8 +34,8 @@ class PageRobot:
 
     def __init__(self, robot: LiveRobot) -> None:
         self.robot = robot
-        wait_until(lambda: "operator page: " in robot.words)
-        found = re.search(r"operator page: (\S+)", robot.words)
+        wait_until(lambda: "://" in robot.words)
+        found = re.search(r"(http\S+)\n", robot.words)
         assert found
         link, _, self.token = str(found[1]).partition("#token=")
         self.link = re.sub(r"//[^/]*:", "//127.0.0.1:", link)

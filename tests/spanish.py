@@ -19,6 +19,10 @@ from voz.language.acoustic_model import (
     AcousticModel,
     read_phones,
 )
+from voz.language.build import build
+from voz.language.command_source import read_list
+from voz.language.spoken_language import configured_language
+from voz.settings import SpokenLanguage
 
 LIKE = {
     "SIL": "SIL", "a": "AA", "b": "B", "ch": "CH", "d": "DH", "e": "EH", "f": "F", "g": "G",
@@ -57,6 +61,29 @@ def spanish(folder: Path) -> Path:
     words = "para p a r a\ngira j i r a\nla l a\nderecha d e r e ch a\nderecha(2) d e r e ch\n"
     (folder / "es.dic").write_text(words + "él e l\naños a gn o s\n", encoding="utf-8")
     return folder
+
+
+SETTINGS = """\
+lm = "{folder}/lm"
+
+[language]
+name = "es"
+
+[commands]
+"empieza a escuchar" = "start speech"
+"deja de escuchar" = "stop speech"
+avanza = "go forward"
+para = "stop"
+"""
+
+
+def spanish_robot(folder: Path) -> Path:
+    """Write a list as espeak-ng pronounces it, and its settings; returns where these are."""
+    (folder / "comandos.txt").write_text("empieza a escuchar\ndeja de escuchar\navanza\npara\n")
+    (folder / "voz.toml").write_text(SETTINGS.format(folder=folder))
+    spoken = configured_language(SpokenLanguage(name="es"))
+    build(folder / "comandos.txt", folder / "lm", read_list(folder / "comandos.txt", spoken))
+    return folder / "voz.toml"
 
 
 def _mdef() -> str:

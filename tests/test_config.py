@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import ROOT
 
-from voz.config import Config, lines_of_commands, load_config, overridden
+from voz.config import Config, default_commands, lines_of_commands, load_config, overridden
 from voz.control.steps import Step, fill_slots
 from voz.errors import ConfigError
 
@@ -357,3 +357,13 @@ def test_the_lines_of_all_commands_are_right(commands: list[str], states: list[s
 @given(st.text())
 def test_no_text_is_too_odd(text: str) -> None:
     assert all(1 <= line <= text.count("\n") + 1 for line in lines_of_commands(text).values())
+
+
+def test_the_replies_of_its_own_commands_are_in_the_language(tmp_path: Path) -> None:
+    path = tmp_path / "voz.toml"
+    path.write_text('[language]\nname = "es"\n[commands]\nhola = "start speech"\n')
+    assert load_config(path).table.replies == ("bip bip. Te escucho", "bip bip. Dejo de escuchar")
+    path.write_text('[language]\nname = "fr"\n[commands]\n"stop speech" = { listen = false }\n')
+    assert load_config(path).table.replies == ("bip bip. Je t'écoute",)
+    path.write_text('[language]\nname = "sv"\n')
+    assert load_config(path).table.replies == default_commands().replies

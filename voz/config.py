@@ -31,6 +31,7 @@ from voz.settings import (
     Speech,
     SpokenLanguage,
 )
+from voz.texts.tables import language_of, text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -77,7 +78,7 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
     @property
     def table(self) -> CommandTable:
         """What each command does, voz's own too; ConfigError if the robot might not stop."""
-        commands = {**_builtin(), **self.commands}
+        commands = {**_builtin_in(language_of(self.language.name)), **self.commands}
         examples = self.__dict__.get("_examples")
         return command_table(commands, self.states, self.places, examples)
 
@@ -120,6 +121,17 @@ def default_commands() -> CommandTable:
 @cache
 def _builtin() -> dict[str, CommandDefinition]:
     return _read(DEFAULT_COMMANDS_FILE).commands
+
+
+@cache
+def _builtin_in(language: str) -> dict[str, CommandDefinition]:
+    """Return voz's own commands with their replies in a language."""
+    return {
+        name: replace(step, say=text(step.say, language))
+        if isinstance(step, Step) and step.say
+        else step
+        for name, step in _builtin().items()
+    }
 
 
 def never_missing_a_stop(config: Config) -> Config:

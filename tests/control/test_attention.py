@@ -171,6 +171,26 @@ def test_a_question_can_be_answered_for_four_seconds_after_it_was_said() -> None
     assert forget_old_question(asked, question.until + 0.01).question is None
 
 
+@pytest.mark.parametrize(
+    ("language", "perhaps", "asks", "answers"),
+    [
+        ("es", ["avanza"], "¿has dicho avanza?", ("sí", "no")),
+        ("es", ["gira aquí", "gira allí"], "¿aquí o allí?", ("aquí", "allí", "no")),
+        ("fr", ["avance"], "tu as dit avance ?", ("oui", "non")),
+        ("fr", ["va ici", "va là"], "ici ou là ?", ("ici", "là", "non")),
+    ],
+)
+def test_it_asks_in_the_language_of_the_robot_and_takes_its_answers(
+    language: str, perhaps: list[str], asks: str, answers: tuple[str, ...]
+) -> None:
+    controller = Controlled(ask="always", language=language)
+    controller.hear(unsure(1.0, *perhaps))
+    asked, attention = (e for e in controller.events if isinstance(e, Reply | Attention))
+    assert (asked, attention) == (Reply(1.0, asks), Attention(1.0, True, answers))
+    controller.hear(spoken(answers[0], 2.0))
+    assert obeyed(controller.events) == [perhaps[0]]
+
+
 def test_a_question_lets_nobody_fall_asleep_earlier() -> None:
     asked = put_question(AttentionState(awake_until=20.0), Question("so?", {}, until=5.0))
     assert asked.awake_until == 20.0

@@ -203,9 +203,10 @@ def test_a_spoken_help_is_answered_by_three_commands_that_do_not_stop() -> None:
     menu.hear(heard("jump"))
     menu.hear(asked("help", spoken=True))
     assert menu.events[-1] == Reply(0, "you can say do wave")
-    nothing = Controlled(table=command_table({"stop": Step(stop=True)}, {}))
-    nothing.hear(asked("help", spoken=True))
-    assert nothing.events[-1] == Reply(0, "you can say nothing")
+    for language, told in (("en", "you can say nothing"), ("es", "puedes decir nada")):
+        nothing = Controlled(table=command_table({"stop": Step(stop=True)}, {}), language=language)
+        nothing.hear(asked("help", spoken=True))
+        assert nothing.events[-1] == Reply(0, told)
 
 
 def test_of_very_many_commands_a_typed_help_tells_some() -> None:

@@ -23,6 +23,7 @@ from msgspec.structs import replace
 from voz.control.table import CommandTable, can_move
 from voz.events import NO, YES, PossibleCommand, Utterance
 from voz.settings import Ask
+from voz.texts.tables import ENGLISH, text
 
 AWAKE_SECONDS = 8.0
 """After its name a robot is awake for this time."""
@@ -91,22 +92,25 @@ def answer(attention: AttentionState, said: Utterance) -> PossibleCommand | None
     return asked.answers.get(said.text)
 
 
-def question_about(said: Utterance, ask: Ask, table: CommandTable) -> Question | None:
-    """What to ask about an utterance that is not sure enough; None if nothing."""
+def question_about(
+    said: Utterance, ask: Ask, table: CommandTable, language: str = ENGLISH
+) -> Question | None:
+    """What to ask in a language about an utterance that is not sure enough; None if nothing."""
     possible = said.perhaps
     if ask == "never" or not possible or any(p.command in table.halts for p in possible):
         return None
     if ask == "standing" and any(can_move(table, p.command) for p in possible):
         return None
+    no = text(NO, language)
     if len(possible) == 1:
-        text = f"did you say {possible[0].text}?"
-        answers = {YES: possible[0], NO: NOTHING}
+        asked = text("did you say {command}?", language, command=possible[0].text)
+        answers = {text(YES, language): possible[0], no: NOTHING}
     else:
         one, other = differing_words(possible[0].text, possible[1].text)
-        text = f"{one} or {other}?"
-        answers = {one: possible[0], other: possible[1], NO: NOTHING}
-    until = said.t + len(text) * SECONDS_PER_LETTER + ANSWER_SECONDS
-    return Question(text, answers, until)
+        asked = text("{one} or {other}?", language, one=one, other=other)
+        answers = {one: possible[0], other: possible[1], no: NOTHING}
+    until = said.t + len(asked) * SECONDS_PER_LETTER + ANSWER_SECONDS
+    return Question(asked, answers, until)
 
 
 def differing_words(one: str, other: str) -> tuple[str, str]:

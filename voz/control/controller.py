@@ -63,6 +63,7 @@ from voz.events import (
     Utterance,
 )
 from voz.settings import Ask, Safety
+from voz.texts.tables import ENGLISH, list_texts, text
 
 MAX_HELP_SHOWN = 12
 """Sentences that a typed `help` shows."""
@@ -81,6 +82,7 @@ class Rules(msgspec.Struct, frozen=True):
         ask: what is asked back.
         unwatched_sources: the sources of commands whose givers do not watch the robot: what these
             set in motion has an end of its own, or ends after `UNWATCHED_MOTION_LIMIT`.
+        language: in which the robot asks and answers.
     """
 
     table: CommandTable
@@ -88,6 +90,7 @@ class Rules(msgspec.Struct, frozen=True):
     name: str = ""
     ask: Ask = "never"
     unwatched_sources: frozenset[str] = frozenset()
+    language: str = ENGLISH
 
 
 class Loss(msgspec.Struct, frozen=True):
@@ -286,8 +289,8 @@ def _help(state: ControllerState, said: Utterance) -> Obeyed:
         return state, _not_obeyed(state, said, "not_listening"), ()
     usable = table.usable(listening, state.robot.commands)
     if said.spoken:  # without what stops: it is listened for while the robot speaks
-        texts = [text for name, text in usable.items() if name not in table.halts]
-        event: Event = Reply(said.t, f"you can say {_in_words(texts[:MAX_HELP_SPOKEN])}")
+        texts = [one for name, one in usable.items() if name not in table.halts]
+        event: Event = Reply(said.t, _spoken_help(texts[:MAX_HELP_SPOKEN], state.rules.language))
     else:
         texts = [*state.reported.answers, *usable.values()]
         more = len(texts) - MAX_HELP_SHOWN
@@ -297,9 +300,11 @@ def _help(state: ControllerState, said: Utterance) -> Obeyed:
     return state, replace(said, obeyed=True), (event,)
 
 
-def _in_words(texts: Sequence[str]) -> str:
-    *others, last = texts or ["nothing"]
-    return f"{', '.join(others)} or {last}" if others else last
+def _spoken_help(texts: Sequence[str], language: str) -> str:
+    *others, last = texts or [text("nothing", language)]
+    listed = [", ".join(others), last] if others else [last]
+    commands = list_texts("{one} or {other}", listed, language)
+    return text("you can say {commands}", language, commands=commands)
 
 
 def _not_obeyed(state: ControllerState, said: Utterance, why: Ignored | None) -> Utterance:
@@ -350,7 +355,8 @@ def _ask_back(state: ControllerState, event: Utterance) -> Result:
     busy = state.robot.pending or state.attention.question
     if not event.spoken or not listens or busy or _is_asleep(state, event.start):
         return state, ()
-    question = question_about(event, state.rules.ask, state.rules.table)
+    rules = state.rules
+    question = question_about(event, rules.ask, rules.table, rules.language)
     if question is None:
         return state, ()
     state = replace(state, attention=put_question(state.attention, question))

@@ -25,6 +25,7 @@ from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
 from voz.language.spoken_language import LanguageInfo, check_acoustic_model
 from voz.settings import Recognition
+from voz.texts.tables import language_of, text
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,8 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     from voz.language.formats.command_list import folder_of
 
     known = spellings(language.dictionary)
-    places = {word: SETTING for word in (*name.split(), YES, NO) if word not in known}
+    answers = [text(word, language_of(language.spoken.code)) for word in (YES, NO)]
+    places = {word: SETTING for word in (*name.split(), *answers) if word not in known}
     sources = list_sources(language.files)
     try:
         entries = pronounce_words(folder_of(sources[0]) if sources else None, places)

@@ -24,6 +24,7 @@ from voz.process.signals import defer_signals
 from voz.run.clocks import BEATS_PER_SECOND, Clock, warn
 from voz.run.dispatcher import Dispatcher
 from voz.run.spec import RunSpec
+from voz.texts.tables import language_of
 
 if TYPE_CHECKING:
     from voz.hearing.microphone_thread import Hearing, SoundRecorder
@@ -216,5 +217,11 @@ class Session:
 
 def _controller(spec: RunSpec) -> Dispatcher:
     settings, recognition = spec.settings, spec.settings.recognition
-    rules = Rules(settings.table, settings.safety, recognition.name, recognition.ask)
+    rules = Rules(
+        settings.table,
+        settings.safety,
+        recognition.name,
+        recognition.ask,
+        language=language_of(settings.language.name),
+    )
     return Dispatcher(ControllerState(rules, State(listening=spec.listening)))

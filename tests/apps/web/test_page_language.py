@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser_page import SECONDS, opened
 from operator_page import PageRobot, page_robot
 from operator_page import opened as opened_without_browser
 from playwright.sync_api import Browser, Page, expect
+from spanish import spanish_robot
 
 from voz.apps.web.page_language import page_html, preferred_language
 from voz.config import default_commands
@@ -53,8 +55,11 @@ def robot(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
         yield robot
 
 
-def english_on(page: Page) -> set[str]:
-    """What is English on a page, seen or hidden, of all that its table translates."""
+def english_on(page: Page, replies: bool = True) -> set[str]:
+    """What is English on a page, seen or hidden, of all that its table translates.
+
+    A robot that speaks English may show `replies`.
+    """
     script = """() => {
         const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
         const shown = [document.title];
@@ -63,7 +68,7 @@ def english_on(page: Page) -> set[str]:
         return shown;
     }"""
     shown = {" ".join(each.split()) for each in page.evaluate(script)}
-    shown -= {*default_commands().replies}  # the robot speaks its own language
+    shown -= {*default_commands().replies} if replies else set()
     own = read_texts(page.locator("html").get_attribute("lang") or "").texts
     keys = [key for key in own if own[key] != key and len(PLACEHOLDER.sub("", key)) > 3]
     return {each for each in shown for key in keys if re.fullmatch(pattern(key), each)}
@@ -107,4 +112,26 @@ def test_all_of_the_page_is_in_the_language_of_the_browser(
         expect(page.locator("#log")).to_contain_text(program)
         assert english_on(page) == set()
     assert page.complaints == []  # type: ignore[attr-defined]
+    context.close()
+
+
+@pytest.mark.slow
+def test_a_spanish_robot_and_its_page_have_no_english(
+    no_sound_card: dict[str, str], browser: Browser, tmp_path: Path
+) -> None:
+    expect.set_options(timeout=SECONDS)
+    context = browser.new_context(locale="es-ES", permissions=["microphone"])
+    with page_robot(no_sound_card, "--config", str(spanish_robot(tmp_path))) as robot:
+        assert "página del operador: " in robot.robot.words
+        page = opened(context, robot.link)
+        page.get_by_role("button", name="Conducir", exact=True).click()
+        page.locator("#commands").get_by_role("button", name="avanza", exact=True).click()
+        expect(page.locator("#motion")).to_have_text("ADELANTE 0.10 m/s")
+        expect(page.locator("#log")).to_contain_text("bip bip. Te escucho")
+        page.locator("#stop").click()
+        expect(page.locator("#motion")).to_have_text("PARADO")
+        assert english_on(page, replies=False) == set()
+        texts = page.locator("body").inner_text()
+        assert not re.findall(r"(?i)\b(the|is|not|robot stops|drive|heard|say|and)\b", texts)
+        assert robot.robot.commands()[:3] == ["empieza a escuchar", "avanza", "stop"]
     context.close()

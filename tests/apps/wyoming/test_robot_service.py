@@ -14,6 +14,7 @@ from calls import in_process
 from live_robot import LiveRobot, live_robot, moves, rests
 from operator_page import PageRobot, opened, page_robot
 from programs import PATIENCE, free_port
+from spanish import spanish_robot
 from wyoming.asr import Transcript
 from wyoming.client import AsyncClient
 from wyoming.error import Error
@@ -106,6 +107,20 @@ def run(no_sound_card: dict[str, str], folder: Path) -> Iterator[tuple[LiveRobot
         yield robot, Assistant(uri)
     assert "there is no microphone" in robot.words
     assert "listening to typed commands and Wyoming clients" in robot.words
+
+
+def test_a_spanish_robot_answers_in_spanish(no_sound_card: dict[str, str], tmp_path: Path) -> None:
+    assistant = Assistant(f"tcp://127.0.0.1:{free_port()}")
+    arguments = ["--wyoming", str(assistant), "--config", str(spanish_robot(tmp_path))]
+    with live_robot(no_sound_card, *arguments) as robot:
+        assert assistant.refused("Avanza.") == "no obedecido: di antes «empieza a escuchar»"
+        assert assistant.handled("empieza a escuchar") == "bip bip. Te escucho"
+        assert assistant.handled("¡Avanza!") == "avanza"
+        robot.wait_for(moves)
+        unknown = NotRecognized.from_event(assistant.order("avanzo"))
+        assert unknown.text == "no es una orden; ¿querías decir «avanza»?"
+    assert "no hay micrófono: solo se obedece a órdenes tecleadas" in robot.words
+    assert "escucho órdenes tecleadas y clientes Wyoming; di antes" in robot.words
 
 
 def test_it_tells_what_it_is(run: tuple[LiveRobot, Assistant]) -> None:

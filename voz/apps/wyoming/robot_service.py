@@ -50,6 +50,7 @@ from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands, Parse
 from voz.run.clocks import Clock, warn
 from voz.run.sources import parsed_utterance
+from voz.texts.tables import language_of, translate
 
 WYOMING_SOURCE = "wyoming"
 """The source of a command that was given there."""
@@ -87,6 +88,11 @@ class RobotAccess:
     page_drives: Callable[[], bool]
     limit: RateLimit
     event_limit_of: Callable[[Hashable], RateLimit]
+
+    @property
+    def texts(self) -> str:
+        """The language of what is answered: English where there are no texts in its own."""
+        return language_of(self.language)
 
 
 class CommandHandler(Connection):
@@ -127,32 +133,33 @@ class CommandHandler(Connection):
         robot = self._robot
         stops = robot.bridge.stops(parse)
         if not stops and parse and robot.page_drives():
-            return NotHandled(PAGE_DRIVES, context)
+            return NotHandled(translate(PAGE_DRIVES, robot.texts), context)
         if not stops and not robot.limit.allows(time.monotonic()):
-            return NotHandled(TOO_MANY, context)
+            return NotHandled(translate(TOO_MANY, robot.texts), context)
         try:
-            return _answer(await robot.bridge.carry_out(text, WYOMING_SOURCE), context)
+            outcome = await robot.bridge.carry_out(text, WYOMING_SOURCE)
         except RobotError as late:
-            return NotHandled(str(late), context)
+            return NotHandled(translate(str(late), robot.texts), context)
+        return _answer(outcome, robot.texts, context)
 
     def _recognize(self, text: str, context: Context) -> Eventable:
         if not self._robot.limit.allows(time.monotonic()):
-            return NotRecognized(TOO_MANY, context)
+            return NotRecognized(translate(TOO_MANY, self._robot.texts), context)
         parse = self._robot.bridge.read(text)
         if parse is None:
             unknown = parsed_utterance(text, None, self._robot.commands(), 0.0, WYOMING_SOURCE)
-            return NotRecognized(explain_not_obeyed(unknown), context)
+            return NotRecognized(explain_not_obeyed(unknown, self._robot.texts), context)
         entities = [Entity(name, value) for name, value in parse.slots.items()]
         return Intent(parse.command, entities, context=context)
 
 
-def _answer(outcome: CommandOutcome, context: Context) -> Eventable:
+def _answer(outcome: CommandOutcome, language: str, context: Context) -> Eventable:
     """What was said is the answer where the robot says nothing."""
     utterance = outcome.utterance
+    problems = "; ".join(translate(problem, language) for problem in outcome.problems)
     if utterance.obeyed:
-        told = " ".join(outcome.replies) or "; ".join(outcome.problems)
-        return Handled(told or utterance.text, context)
-    why = "; ".join(outcome.problems) or explain_not_obeyed(utterance)
+        return Handled(" ".join(outcome.replies) or problems or utterance.text, context)
+    why = problems or explain_not_obeyed(utterance, language)
     return (NotHandled if utterance.accepted else NotRecognized)(why, context)
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
 import typer
+from calls import in_process
 from documents import (
     Document,
     anchors,
@@ -177,3 +180,19 @@ def test_each_thread_is_told_of_with_its_queue() -> None:
 
 def test_the_readme_is_short() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
+
+
+def test_what_the_spanish_readme_shows_is_what_voz_says(tmp_path: Path) -> None:
+    (page,) = (each for each in written() if each.path == Path("README.es.md"))
+    (tmp_path / "comandos.txt").write_text(page.blocks("text")[0], encoding="utf-8")
+    (tmp_path / "voz.toml").write_text(page.blocks("toml")[0], encoding="utf-8")
+    shown = next(block for block in page.terminals if block.startswith("$ voz run --text -"))
+    typed = re.findall(r"(?:oído|ignorado) +\"(.+?)\"", shown)
+    assert len(typed) == 6
+    here: dict[str, Any] = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(ROOT)}}
+    assert in_process("build-lm", "comandos.txt", "--out", "lm", **here).code == 0
+    run = in_process("run", "--text", "-", "--no-sound", input="\n".join(typed), **here)
+    assert run.out == shown.partition("\n")[2]
+    assert set(page.blocks("text")[0].splitlines()) == {
+        *load_config(tmp_path / "voz.toml").commands
+    }

@@ -218,16 +218,6 @@ def test_what_changed_is_decoded_again_and_named(
     assert ALL_KNOWN in decode(out, some, "--resume").err
 
 
-def test_a_long_recording_that_changed_is_decoded_again(decode: Decode, tmp_path: Path) -> None:
-    some, out = tmp_path / "some", tmp_path / "heard.csv"
-    some.mkdir()
-    for seconds in (1300, 1250):
-        soundfile.write(some / "long.flac", [0.0] * 16000 * seconds, 16000)
-        result = decode(out, some, "--resume")
-        assert f",{seconds}.0," in out.read_text()
-    assert f"changed since, decoded again: {some / 'long.flac'}\n" in result.err
-
-
 def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken(
     decode: Decode, folder: Path, known: dict[str, bytes], tmp_path: Path
 ) -> None:

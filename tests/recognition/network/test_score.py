@@ -43,18 +43,27 @@ def score(scorer: PhonemeScorer, samples: Samples, text: str) -> float:
     return scorer.rank(scorer.phone_likelihoods(samples), [text]).matches[text].score
 
 
-def test_it_knows_which_command_was_said_and_where(
+@pytest.fixture(scope="module")
+def rankings(
     scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
+) -> list[tuple[Recording, Ranking]]:
+    """What is said in each command and near-miss of the fixtures, of all commands."""
+    clips = [r for r in recordings if r.kind in ("command", "near-miss")]
+    sounds = [scorer.phone_likelihoods(clip.samples()) for clip in clips]
+    ranked = [scorer.rank(each, loaded.commands.listed) for each in sounds]
+    return list(zip(clips, ranked, strict=True))
+
+
+def test_it_knows_which_command_was_said_and_where(
+    rankings: list[tuple[Recording, Ranking]],
 ) -> None:
-    clips = [r for r in recordings if r.kind == "command"]
     right = []
-    for clip in clips:
-        samples = clip.samples()
-        ranking = scorer.rank(scorer.phone_likelihoods(samples), loaded.commands.listed)
-        best = ranking.matches[ranking.text]
-        right.append(ranking.text == clip.text)
-        loud = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 30) / SAMPLE_RATE
-        assert loud[0] - 0.2 < best.begin < best.end < loud[-1] + 0.2
+    for clip, ranking in rankings:
+        if clip.kind == "command":
+            samples, best = clip.samples(), ranking.matches[ranking.text]
+            right.append(ranking.text == clip.text)
+            loud = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 30) / SAMPLE_RATE
+            assert loud[0] - 0.2 < best.begin < best.end < loud[-1] + 0.2
     assert np.mean(right) > 0.97
 
 
@@ -78,13 +87,11 @@ def test_what_is_louder_than_the_residue_of_the_playback_is_no_playback(
 
 
 def test_there_is_more_evidence_for_commands_than_for_what_is_none(
-    scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
+    rankings: list[tuple[Recording, Ranking]],
 ) -> None:
     scores: dict[str, list[float]] = {"command": [], "near-miss": []}
-    for recording in recordings:
-        if recording.kind in scores:
-            sounds = scorer.phone_likelihoods(recording.samples())
-            scores[recording.kind].append(scorer.rank(sounds, loaded.commands.listed).score)
+    for recording, ranking in rankings:
+        scores[recording.kind].append(ranking.score)
     assert np.percentile(scores["near-miss"], 80) < np.percentile(scores["command"], 5)
 
 

@@ -24,6 +24,9 @@ from voz.language.command_source import read_list
 from voz.language.spoken_language import configured_language
 from voz.settings import SpokenLanguage
 
+RULES = Path(__file__).with_name("spanish_rules.txt")
+"""How Spanish is read aloud, in the phones of CMUSphinx's model."""
+
 LIKE = {
     "SIL": "SIL", "a": "AA", "b": "B", "ch": "CH", "d": "DH", "e": "EH", "f": "F", "g": "G",
     "gn": "N", "i": "IY", "j": "HH", "k": "K", "l": "L", "ll": "JH", "m": "M", "n": "N", "o": "AO",

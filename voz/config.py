@@ -75,10 +75,18 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
     commands: dict[str, CommandDefinition] = msgspec.field(default_factory=dict)
     states: dict[str, dict[str, CommandDefinition]] = msgspec.field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Let replies in another language be said by its voice, if no other is named."""
+        super().__post_init__()
+        code = self.language.name
+        if self.speech.voice == Speech().voice and re.fullmatch(_LANGUAGE_CODE, code):
+            spoken = replace(self.speech, voice=f"espeak-ng:{code}")
+            msgspec.structs.force_setattr(self, "speech", spoken)
+
     @property
     def table(self) -> CommandTable:
         """What each command does, voz's own too; ConfigError if the robot might not stop."""
-        commands = {**_builtin_in(language_of(self.language.name)), **self.commands}
+        commands = {**_builtin_in(self.language.name), **self.commands}
         examples = self.__dict__.get("_examples")
         return command_table(commands, self.states, self.places, examples)
 
@@ -108,6 +116,9 @@ PATHS = (
 OLD_NAMES = {("recognition", "second_ear"): "use_network"}
 """What settings are called that were called otherwise, by their table and old name."""
 
+_LANGUAGE_CODE = "(?!en$)[a-z]{2,3}(-[a-z0-9]{2,8})*"
+"""The name of a language other than English that espeak-ng may speak."""
+
 DEFAULT_COMMANDS_FILE = Path(__file__).parent / "control" / "commands.toml"
 """What voz's own commands do, as a user would write it."""
 
@@ -119,18 +130,23 @@ def default_commands() -> CommandTable:
 
 
 @cache
-def _builtin() -> dict[str, CommandDefinition]:
-    return _read(DEFAULT_COMMANDS_FILE).commands
+def _builtin(language: str = "") -> dict[str, CommandDefinition]:
+    """What voz's own commands do: the English ones, and those of a language of which it has any."""
+    commands = _read(DEFAULT_COMMANDS_FILE).commands
+    if not re.fullmatch(_LANGUAGE_CODE, language):
+        return commands
+    own = DEFAULT_COMMANDS_FILE.with_suffix(f".{language}.toml")
+    return {**commands, **_read(own).commands} if own.is_file() else commands
 
 
 @cache
 def _builtin_in(language: str) -> dict[str, CommandDefinition]:
     """Return voz's own commands with their replies in a language."""
     return {
-        name: replace(step, say=text(step.say, language))
+        name: replace(step, say=text(step.say, language_of(language)))
         if isinstance(step, Step) and step.say
         else step
-        for name, step in _builtin().items()
+        for name, step in _builtin(language).items()
     }
 
 
@@ -160,14 +176,15 @@ def with_usual_names(config: Config) -> Config:
         ConfigError: a command is there twice.
     """
     defined = set(defined_names(config))
-    usual = {plain_form(name): name for name in (*sorted(defined), *_builtin())}
+    builtin = _builtin(config.language.name)
+    usual = {plain_form(name): name for name in (*sorted(defined), *builtin)}
     others = {name: usual.get(plain_form(name)) for name in command_names(config)}
     return with_names(
         config,
         {
             name: other
             for name, other in others.items()
-            if other and name != other and (other in _builtin() or name not in defined)
+            if other and name != other and (other in builtin or name not in defined)
         },
     )
 

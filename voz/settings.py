@@ -91,7 +91,7 @@ class SpokenLanguage(Section, frozen=True, kw_only=True):
     """What people speak; without any of this it is English.
 
     Attributes:
-        name: what it is called; a copy that `voz language add` took has this name.
+        name: one that espeak-ng speaks, such as "es", or of a copy that `voz language add` took.
         acoustic_model: a folder in CMUSphinx's format, in place of the copy's.
         dictionary: a dictionary in CMUSphinx's format, in place of the copy's.
         pronunciations: rules for words that it lacks: letters, a tab and their phones a line.
@@ -124,7 +124,8 @@ class Speech(Section, frozen=True, kw_only=True):
 
     Attributes:
         enabled: False keeps it silent, as `--no-sound` does.
-        voice: one of `voz say --list-voices`, or of espeak-ng, as `espeak-ng:es`.
+        voice: one of `voz say --list-voices`, or of espeak-ng, as `espeak-ng:es`; that is the
+            default in other languages than English.
         half_duplex: while the robot speaks, only the commands of `never_missed` are heard; False
             is for a headset, as `--no-half-duplex` is.
         barge_in: whether commands are obeyed while the robot speaks, which then falls silent; but

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import unicodedata
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Any
 import pytest
 from calls import Result, in_process
 from recordings import ROOT
-from spanish import spanish
+from spanish import RULES, spanish
 
 from voz.language.build import build
 
@@ -45,7 +46,11 @@ Call = Callable[..., Result]
 @pytest.fixture
 def robot(tmp_path: Path) -> Path:
     """A folder with the example's files, and a language that nobody added yet."""
-    shutil.copytree(ROOT / "examples" / "spanish", tmp_path / "robot")
+    folder = tmp_path / "robot"
+    folder.mkdir()
+    shutil.copy(ROOT / "examples" / "spanish" / "comandos.txt", folder)
+    shutil.copy(RULES, folder / "rules.txt")
+    (folder / "voz.toml").write_text('[language]\nname = "es"\npronunciations = "rules.txt"\n')
     spanish(tmp_path / "cmusphinx-es")
     return tmp_path / "robot"
 
@@ -64,7 +69,7 @@ def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(
     added = spanish_voz("language", "add", "../cmusphinx-es", "--name", "es")
     assert added.code == 0, added.err
     assert '[language]\nname = "es"' in added.out
-    assert spanish_voz("language", "list").out == "English (comes with voz)\nes\n"
+    assert "es: your copy, by pocketsphinx alone\n" in spanish_voz("language", "list").out
     assert spanish_voz("build-lm", "comandos.txt", "--out", "lm").code == 0
     assert spanish_voz("build-lm", "comandos.txt", "--out", "lm", "--check").code == 0
     for form in ("NFC", "NFD"):
@@ -77,7 +82,7 @@ def test_a_language_is_added_and_a_list_in_it_is_built_and_typed(
     said = [line.split(maxsplit=2)[2] for line in run.out.splitlines()]
     at = said.index('oído     "para" (1.00)')
     assert said[at + 1] == "el robot está parado"
-    assert "el robot dice «te escucho»" in said
+    assert "el robot dice «bip bip. Te escucho»" in said
     assert 'ignorado "avanza" (1.00), no obedecido: di antes «empieza a escuchar»' in said
     unknown = spanish_voz("parse", "avanzo", "y la luna").out.splitlines()
     assert unknown == [
@@ -108,3 +113,77 @@ def test_the_help_says_english(spanish_voz: Call) -> None:
 
 def test_a_folder_without_a_model_is_refused(spanish_voz: Call) -> None:
     assert "has no dictionary" in spanish_voz("language", "add", ".", "--name", "es").complaint
+
+
+def test_each_language_says_on_whose_speech_it_was_measured(
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    lines = voz("language", "list").out.splitlines()
+    assert lines[0] == "en  English: measured on people"
+    assert [line.partition(" ")[0] for line in lines[1:-1]] == ["es", "fr", "it", "de", "pt"]
+    assert lines[-1].startswith("any other that espeak-ng speaks")
+
+
+@pytest.mark.parametrize(
+    ("language", "said", "told"),
+    [
+        (
+            "es",
+            ["empieza a escuchar", "avanza", "para", "gira a la izquierda", "mas despacio"],
+            ["dice «bip bip. Te escucho»", "avanza a 0.10", "está parado", "gira a la izquierda"],
+        ),
+        (
+            "fr",
+            ["commence à écouter", "avance", "stop", "tourne à gauche", "arrête"],
+            ["dit « bip bip. Je t'écoute »", "avance à 0.10", "est à l'arrêt", "tourne à gauche"],
+        ),
+    ],
+)
+def test_the_commands_of_voz_are_obeyed_in_other_languages(
+    language: str, said: list[str], told: list[str], voz: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "said.txt").write_text("\n".join(said), encoding="utf-8")
+    run = voz("run", "--language", language, "--text", tmp_path / "said.txt", "--no-sound")
+    assert run.code == 0, run.err
+    robot = [line for line in run.out.splitlines() if " robot " in line]
+    for line, what in zip(robot[: len(told)], told, strict=True):
+        assert what in line
+
+
+def test_what_is_said_is_obeyed_in_spanish(voz: Any, tmp_path: Path) -> None:
+    wav = tmp_path / "said.wav"
+    assert voz("say", "gira a la izquierda", "--voice", "espeak-ng:es", "--out", wav).code == 0
+    (heard,) = voz("decode", "--language", "es", "--json", wav).json
+    assert (heard["text"], heard["accepted"]) == ("gira a la izquierda", True)
+
+
+def test_a_language_without_a_list_of_voz_says_what_to_run(voz: Any) -> None:
+    refused = voz("parse", "halt", "--language", "de")
+    assert refused.code == 2
+    assert "made for English, and [language] says de; make the language files" in refused.err
+
+
+FIRST_LINE = re.compile(r"printf '([^']+)' > commands.txt")
+SECOND_LINE = re.compile(r"voz build-lm commands.txt --language ([a-z]+) --out lm")
+DOCUMENTED = (ROOT / "docs" / "languages.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "language"),
+    [*zip(FIRST_LINE.findall(DOCUMENTED), SECOND_LINE.findall(DOCUMENTED), strict=True)],
+)
+def test_the_three_lines_of_the_guide_work_in_each_language(
+    words: str, language: str, voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = words.replace("\\n", "\n")
+    (tmp_path / "commands.txt").write_text(commands, encoding="utf-8")
+    build_lm = voz("build-lm", "commands.txt", "--language", language, "--out", "lm")
+    assert build_lm.code == 0, build_lm.err
+    for command in commands.split():
+        voice = f"espeak-ng:{language}"
+        assert voz("say", command, "--voice", voice, "--out", "said.wav").code == 0
+        (heard,) = voz("decode", "--lm", "lm", "--json", "said.wav").json
+        assert heard["text"] == command

@@ -14,16 +14,21 @@ from full_disk import full_disk
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
+from voz.config import DEFAULT_COMMANDS_FILE, load_config
 from voz.language.build import build, stale_files
+from voz.language.command_source import read_list
 from voz.language.grammar import jsgf
 from voz.language.language_files import (
     PACKAGED_FOLDER,
     LanguageFiles,
     check_files,
+    packaged_files,
     read_commands,
     read_sentences,
     stale_warning,
 )
+from voz.language.spoken_language import configured_language
+from voz.settings import SpokenLanguage
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
 ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "source", "rivals", "sha256")
@@ -83,6 +88,16 @@ def test_check_names_what_is_missing_or_stale(commands: Path, tmp_path: Path):
 
 def test_the_files_in_the_repository_are_up_to_date():
     assert stale_files(LanguageFiles(PACKAGED_FOLDER).commands, PACKAGED_FOLDER) == []
+
+
+@pytest.mark.parametrize("name", ["es", "fr"])
+def test_the_files_in_other_languages_are_up_to_date(name: str):
+    files = packaged_files(name)
+    language = configured_language(SpokenLanguage(name=name))
+    assert stale_files(files.commands, files.folder, read_list(files.commands, language)) == []
+    check_files(files)
+    own = set(load_config(DEFAULT_COMMANDS_FILE.with_suffix(f".{name}.toml")).commands)
+    assert own | {"stop"} >= {*read_commands(files).names} >= own
 
 
 def test_pronunciations_beside_the_list_are_used(commands: Path, tmp_path: Path):

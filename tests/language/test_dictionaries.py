@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recordings import ROOT
-from spanish import LIKE
+from spanish import LIKE, RULES
 
 from voz.errors import CommandsError, LanguageError
 from voz.language.dictionaries import (
@@ -18,7 +17,7 @@ from voz.language.dictionaries import (
     read_rules,
 )
 
-RULES = read_rules(ROOT / "examples" / "spanish" / "rules.txt", LIKE)
+READ = read_rules(RULES, LIKE)
 
 
 @pytest.mark.parametrize(
@@ -41,12 +40,12 @@ RULES = read_rules(ROOT / "examples" / "spanish" / "rules.txt", LIKE)
     ],
 )
 def test_spanish_is_read_aloud_by_its_letters(word: str, phones: str) -> None:
-    assert " ".join(apply_rules(word, RULES)) == phones
+    assert " ".join(apply_rules(word, READ)) == phones
 
 
 @given(st.text())
 def test_rules_give_phones_or_nothing_for_any_word(word: str) -> None:
-    assert set(apply_rules(word, RULES)) <= set(LIKE)
+    assert set(apply_rules(word, READ)) <= set(LIKE)
 
 
 def test_a_dictionary_is_read_however_it_is_written(tmp_path: Path) -> None:
@@ -91,7 +90,7 @@ def test_wrong_rules_are_refused_with_their_line(text: str, message: str, tmp_pa
 def test_the_users_pronunciation_wins_then_the_dictionary_then_the_rules() -> None:
     places = dict.fromkeys(("rota", "gira", "más"), "mine.txt:1")
     dictionary = {"rota": ("r o t a",), "gira": ("j i r a",)}
-    found = pronounce_from(places, {"rota": ("rr o t a",)}, dictionary, RULES)
+    found = pronounce_from(places, {"rota": ("rr o t a",)}, dictionary, READ)
     assert {word: entry.phones for word, entry in found.items()} == {
         "gira": ("j i r a",),
         "más": ("m a s",),

@@ -24,6 +24,7 @@ from voz.language.language_files import (
     read_sentences,
     stale_warning,
 )
+from voz.settings import SpokenLanguage
 
 
 @pytest.fixture
@@ -64,6 +65,21 @@ def test_a_folder_lm_without_grammar_is_passed_over(
     (tmp_path / "lm").mkdir()
     monkeypatch.chdir(tmp_path)
     assert find_language(None).folder == PACKAGED_FOLDER
+
+
+def test_a_folder_lm_in_another_language_than_a_list_of_voz_is_passed_over(
+    built: LanguageFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    spanish = SpokenLanguage(name="es")
+    shutil.copytree(built.folder, tmp_path / "here" / "lm")
+    monkeypatch.chdir(tmp_path / "here")
+    assert find_language(None).folder == Path("lm")
+    assert find_language(None, spanish).folder == PACKAGED_FOLDER / "es"
+    assert find_language(None, SpokenLanguage(name="nn")).folder == Path("lm")
+    shutil.rmtree("lm")
+    shutil.copytree(PACKAGED_FOLDER / "es", "lm")
+    assert find_language(None, spanish).folder == Path("lm")
+    assert find_language("lm", SpokenLanguage(name="fr")).folder == Path("lm")
 
 
 def test_the_package_brings_the_fourteen_commands():

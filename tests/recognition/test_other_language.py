@@ -10,11 +10,12 @@ import pytest
 import soundfile
 import soxr
 from recordings import ROOT
-from spanish import spanish
+from spanish import RULES, spanish
 
 from voz.api.recognizer import Recognizer
 from voz.audio import Samples
 from voz.config import load_config
+from voz.control.table import DEFAULT_STATE
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles
@@ -37,7 +38,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
         name="es",
         acoustic_model=str(folder / "es/model_parameters/es"),
         dictionary=str(folder / "es/es.dic"),
-        pronunciations=str(EXAMPLE / "rules.txt"),
+        pronunciations=str(RULES),
     )
     sources = find_sources(settings)
     assert sources
@@ -127,6 +128,7 @@ def test_phones_without_symbols_are_split_or_become_english_ones(tmp_path: Path)
 def test_the_settings_of_the_example_are_whole() -> None:
     settings = load_config(EXAMPLE / "voz.toml")
     listed = (EXAMPLE / "comandos.txt").read_text(encoding="utf-8").splitlines()
-    assert {line for line in listed if not line.startswith("#")} <= set(settings.commands)
+    known = set(settings.table.sets[DEFAULT_STATE])
+    assert {line for line in listed if not line.startswith("#")} <= known
     assert settings.table.stops == {"stop", "para"}
-    assert (EXAMPLE / str(settings.language.pronunciations)).is_file()
+    assert settings.speech.voice == "espeak-ng:es"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
+from voz.cli.options import DEFAULT_SETTINGS_FILE, LanguageOption, with_options
 from voz.cli.text_io import info, show, warn
 from voz.process.signals import STALE, WRONG_CALL
 
@@ -33,6 +33,7 @@ class BuildOptions:
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where to write; else beside the list.")
     ] = None
+    spoken: LanguageOption = None
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
     ] = False
@@ -64,20 +65,22 @@ def build_lm(
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
-    The language is English, or what `[language]` in a voz.toml says: see `voz language`.
+    The language is English, or what `--language` or `[language]` in a voz.toml says.
     Warns of commands that sound alike. Sentences in a `tests.txt` beside the list must be commands,
     those after `!` must not, or nothing is written. A list that moves a robot needs a command that
     stops it; a voz.toml in the folder you are in says what commands do.
 
     Example: voz build-lm lm/comandos_voz.txt
     """
-    from voz.config import Config, load_config
+    from voz.config import Config, load_config, overridden
     from voz.language import build
     from voz.language.command_source import read_list
     from voz.language.formats.command_list import folder_of
     from voz.run.command_check import check_list, forgotten_alternatives, matched_settings
 
     settings = load_config(DEFAULT_SETTINGS_FILE) if DEFAULT_SETTINGS_FILE.is_file() else Config()
+    if options.spoken:
+        settings = overridden(settings, {"language": {"name": options.spoken}})
     source = read_list(commands, _spoken(settings))
     _check_expected(source, folder_of(commands))
     settings = matched_settings(settings, source.commands)

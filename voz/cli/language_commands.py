@@ -130,7 +130,10 @@ def add(
 
 @languages.command("list")
 def list_added() -> None:
-    """Show the languages that were added."""
-    from voz.language.spoken_language import added_languages
+    """Show the languages that voz knows, by what they were measured, and those that you added."""
+    from voz.language.spoken_language import added_languages, known_languages
 
-    show("English (comes with voz)", *added_languages())
+    for known in known_languages():
+        show(f"{known.code}  {known.name}: {known.measured}")
+    show("any other that espeak-ng speaks (`espeak-ng --voices`): never measured")
+    show(*(f"{name}: your copy, by pocketsphinx alone" for name in added_languages()))

@@ -29,6 +29,10 @@ LmOption = Annotated[
     str | None,
     typer.Option("--lm", metavar="DIR", help="Language files; else lm/ here, else voz's own."),
 ]
+LanguageOption = Annotated[
+    str | None,
+    typer.Option("--language", metavar="NAME", help="What is spoken, as es: see `voz language`."),
+]
 ProfileOption = Annotated[
     str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
 ]
@@ -64,6 +68,7 @@ class CommonOptions:
         Path | None,
         typer.Option("--config", metavar="FILE", help="Settings; else a voz.toml here."),
     ] = None
+    spoken: LanguageOption = None
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")] = False
 
     def settings(self, **others: Any) -> Config:
@@ -71,7 +76,7 @@ class CommonOptions:
         settings = load_config(self.settings_file) if self.settings_file else Config()
         for line in settings.old_names:
             self._warn_once(line)
-        return overridden(settings, {"lm": self.lm, **others})
+        return overridden(settings, {"lm": self.lm, "language": {"name": self.spoken}, **others})
 
     @functools.cached_property
     def _warn_once(self) -> Callable[[str], None]:
@@ -90,7 +95,7 @@ class CommonOptions:
         """Find language files that can be used; warn if their list has changed."""
         from voz.language.language_files import check_files, find_language, stale_warning
 
-        language = find_language(settings.lm)
+        language = find_language(settings.lm, settings.language)
         check_files(language)
         if settings.language != SpokenLanguage():
             from voz.language.language_files import read_language_info
@@ -112,7 +117,7 @@ class CommonOptions:
         """Refuse to write what is read: the files given, the settings, the language files."""
         from voz.language.language_files import FILE_STEM, find_language
 
-        language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
+        language = find_language(settings.lm, settings.language).folder.glob(f"{FILE_STEM}.*")
         named = (self.settings_file, settings.recognition.confidence, settings.recognition.network)
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 

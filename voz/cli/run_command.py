@@ -123,7 +123,7 @@ def _renew_language(settings: Config) -> None:
     from voz.run.command_check import build_stale_files
 
     try:
-        if told := build_stale_files(find_language(settings.lm), settings):
+        if told := build_stale_files(find_language(settings.lm, settings.language), settings):
             info(told)
     except (CommandsError, ConfigError) as error:
         warn(f"{error}; the commands of before stay")

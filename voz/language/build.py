@@ -17,10 +17,10 @@ from voz.files import atomic_write, sha256
 from voz.language.command_source import CommandSource, read_list, similar_pairs
 from voz.language.grammar import jsgf, structured_jsgf
 from voz.language.language_files import (
-    PACKAGED_FOLDER,
     LanguageFiles,
     fingerprint,
     lock_folder,
+    packaged_files,
     read_sentences,
 )
 from voz.language.ngram import arpa
@@ -208,7 +208,8 @@ def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
 
 def _alike_warnings(source: CommandSource, every: bool, before: Collection[str]) -> tuple[str, ...]:
     # The user did not choose the sentences that come with voz.
-    brought = set(read_sentences(LanguageFiles(PACKAGED_FOLDER)))
+    files = packaged_files(source.spoken.name if source.spoken else "")
+    brought = set(read_sentences(files))
     return similarity_warnings(similar_pairs(source), every, [brought, before])
 
 

@@ -32,6 +32,7 @@ from voz.language.sentences.command_set import (
 from voz.language.sentences.spelling import COMBINING_SIGN, MAX_WORD_LETTERS
 from voz.language.sentences.text_lines import MAX_TEXT_BYTES
 from voz.language.spoken_language import LanguageInfo, english
+from voz.settings import SpokenLanguage
 
 FILE_STEM = "comandos_voz"
 PACKAGED_FOLDER = Path(__file__).parent.parent / "lm"
@@ -127,8 +128,14 @@ class LanguageFiles:
         return self.folder / f"{FILE_STEM}.sha256"
 
 
-def find_language(folder: str | Path | None) -> LanguageFiles:
+def find_language(folder: str | Path | None, spoken: SpokenLanguage | None = None) -> LanguageFiles:
     """Find the language files: in `folder`, else in `lm/` here, else in the package.
+
+    Of a language that voz has a list of, `lm/` counts only if it is in that language.
+
+    Args:
+        folder: None looks for them.
+        spoken: the language that the settings name; None is English.
 
     Raises:
         LanguageError: the folder lacks a file that recognition needs.
@@ -136,10 +143,11 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
     here = LanguageFiles(Path("lm"))
     if folder is not None:
         files = LanguageFiles(Path(folder))
-    elif here.grammar.is_file():
-        files = here
     else:
-        files = LanguageFiles(PACKAGED_FOLDER)
+        files = packaged_files(spoken.name if spoken else "")
+        is_other = files.spoken.is_file() and _language_name(here) != _language_name(files)
+        if here.grammar.is_file() and not is_other:
+            files = here
     for path in (files.dictionary, files.lm, files.grammar, files.sentences):
         if not is_file(path):
             raise LanguageError(
@@ -147,6 +155,16 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
                 f"{shlex.quote(shown_path(path.parent))}`"
             )
     return files
+
+
+def _language_name(files: LanguageFiles) -> str:
+    return read_language_info(files).name
+
+
+def packaged_files(language: str) -> LanguageFiles:
+    """The files that come with voz: in a language if there are any, else the English ones."""
+    own = LanguageFiles(PACKAGED_FOLDER / language)
+    return own if is_file(own.spoken) else LanguageFiles(PACKAGED_FOLDER)
 
 
 def read_sentences(files: LanguageFiles) -> list[str]:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
@@ -27,6 +28,10 @@ ENGLISH_NAMES = frozenset({"english", "en"})
 
 ENGLISH_MODEL = "en-us/en-us"
 """Path within the pocketsphinx package."""
+
+
+LANGUAGES_FILE = Path(__file__).with_name("languages.tsv")
+"""Code, name, and by whom voz was measured in it."""
 
 
 class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
@@ -204,6 +209,26 @@ def model_digest(folder: Path) -> str:
     for name in (*MODEL_FILES, *(weights or WEIGHT_FILES[:1])):
         total.update(read_model_file(folder, name))
     return total.hexdigest()
+
+
+class KnownLanguage(NamedTuple):
+    """A language whose phones voz knows.
+
+    Attributes:
+        code: what `[language] name` is.
+        name: in English.
+        measured: on whose speech voz was measured in it.
+    """
+
+    code: str
+    name: str
+    measured: str
+
+
+def known_languages() -> list[KnownLanguage]:
+    """Read the languages whose phones voz knows."""
+    lines = LANGUAGES_FILE.read_text(encoding="utf-8").splitlines()
+    return [KnownLanguage(*line.split("\t")) for line in lines]
 
 
 def add_language(folder: Path, name: str, dictionary: Path | None = None) -> LanguageSources:

@@ -60,7 +60,7 @@ def find_or_make_language(
         return import_lmtool_files(Path(lm), Path(dictionary), folder), ()
     if dictionary or (lm and Path(lm).is_file()):
         raise LanguageError("~lm and ~dict are both needed: set them, or ~commands alone")
-    return find_language(lm or settings_lm), ()
+    return find_language(lm or settings_lm, spoken), ()
 
 
 def import_lmtool_files(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:

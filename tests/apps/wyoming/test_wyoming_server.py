@@ -20,7 +20,7 @@ from calls import VOZ, in_process
 from operator_page import with_noise
 from programs import PATIENCE, free_port
 from recordings import FIXTURES, ROOT
-from spanish import spanish
+from spanish import RULES, spanish
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
 from wyoming.client import AsyncClient
@@ -162,7 +162,7 @@ def test_its_language_is_that_of_the_list(tmp_path: Path) -> None:
             name="es",
             acoustic_model=str(tmp_path / "es/model_parameters/es"),
             dictionary=str(tmp_path / "es/es.dic"),
-            pronunciations=str(tmp_path / "rules.txt"),
+            pronunciations=str(RULES),
         )
     )
     assert sources

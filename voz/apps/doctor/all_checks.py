@@ -42,7 +42,7 @@ LANGUAGE_FILES = "language files"
 def check_recognition(settings: Config) -> Iterator[Finding]:
     """Check the language files, then load the recognizer from them."""
     try:
-        files = find_language(settings.lm)
+        files = find_language(settings.lm, settings.language)
         check_files(files)
         yield _check_language(files)
         RecognitionEngine(files, settings.recognition)

@@ -187,3 +187,33 @@ def test_the_three_lines_of_the_guide_work_in_each_language(
         assert voz("say", command, "--voice", voice, "--out", "said.wav").code == 0
         (heard,) = voz("decode", "--lm", "lm", "--json", "said.wav").json
         assert heard["text"] == command
+
+
+@pytest.mark.parametrize(
+    ("language", "template", "said"),
+    [
+        ("es", "gira: gira {angle: 5..180} grados", "gira noventa y un grados"),
+        ("fr", "tourne: tourne de {angle: 5..180} degrés", "tourne de quatre vingt onze degrés"),
+        ("it", "gira: gira di {angle: 5..180} gradi", "gira di novantuno gradi"),
+        ("de", "drehe: drehe um {angle: 5..180} grad", "drehe um einundneunzig grad"),
+        ("pt", "gira: gira {angle: 5..180} graus", "gira noventa e um graus"),
+    ],
+)
+def test_numbers_are_said_in_the_language(
+    language: str, template: str, said: str, voz: Any, tmp_path: Path
+) -> None:
+    listed = tmp_path / "list.txt"
+    listed.write_text(f"{template}\n", encoding="utf-8")
+    made = voz("build-lm", listed, "--language", language, "--out", tmp_path / "lm")
+    assert made.code == 0, made.err
+    number = said.replace("noventa y un ", "91 ")
+    for text in (said, number):
+        (parsed,) = voz("parse", text, "--lm", tmp_path / "lm", "--json").json
+        assert parsed["slots"] == {"angle": 91}
+
+
+def test_a_language_without_numbers_is_told(voz: Any, tmp_path: Path) -> None:
+    (tmp_path / "list.txt").write_text("kehr {angle: 5..180}\n")
+    refused = voz("build-lm", tmp_path / "list.txt", "--language", "ka-none")
+    assert refused.code == 2
+    assert 'voz knows no numbers of "ka-none"' in refused.err

@@ -32,7 +32,8 @@ from voz.language.pronunciation import (
 )
 from voz.language.rival_words import everyday_words, find_rivals, neighbors
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.templates import TemplateSource
+from voz.language.sentences.number_words import ENGLISH
+from voz.language.sentences.templates import TemplateSource, in_language
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, error_at
 from voz.language.similarity import (
     SimilarPair,
@@ -132,7 +133,10 @@ def _of_templates(
     folder: Path | None = None,
     language: OtherLanguage | None = None,
 ) -> CommandSource:
+    if language:
+        source = in_language(source, language.spoken.code)
     compiled = compile_templates(source)
+    compiled.commands.language = language.spoken.code if language else ENGLISH
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
     entries = pronounce_words(folder, places, language, texts)

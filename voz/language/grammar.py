@@ -137,7 +137,9 @@ class _Writer:
 
     def _numbers(self, item: NumberRange) -> str:
         if item not in self._names:
-            said = dict.fromkeys(text for number in numbers_in(item) for text in wordings(number))
+            said = dict.fromkeys(
+                text for n in numbers_in(item) for text in wordings(n, item.language)
+            )
             self._names[item] = self._rule("number", " | ".join(tree_alternatives(said)))
         return f"<{self._names[item]}>"
 

@@ -29,6 +29,7 @@ from voz.language.sentences.command_set import (
     decode_commands,
     plain_commands,
 )
+from voz.language.sentences.number_words import ENGLISH
 from voz.language.sentences.spelling import COMBINING_SIGN, MAX_WORD_LETTERS
 from voz.language.sentences.text_lines import MAX_TEXT_BYTES
 from voz.language.spoken_language import LanguageInfo, english
@@ -175,7 +176,10 @@ def read_sentences(files: LanguageFiles) -> list[str]:
 def read_commands(files: LanguageFiles) -> Commands:
     """Read the commands of the language files; raises LanguageError."""
     stored = _stored(files)
-    return decode_commands(stored) if stored else plain_commands(read_sentences(files))
+    if stored:
+        language = read_language_info(files).code if files.spoken.exists() else ENGLISH
+        return decode_commands(stored, language)
+    return plain_commands(read_sentences(files))
 
 
 def _stored(files: LanguageFiles) -> StoredCommands | None:

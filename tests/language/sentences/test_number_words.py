@@ -35,3 +35,36 @@ def test_what_nobody_says_is_refused() -> None:
 def test_two_whole_numbers_never_sound_the_same(one: int, other: int) -> None:
     shared = set(wordings(Fraction(one))) & set(wordings(Fraction(other)))
     assert not shared or one == other
+
+
+@pytest.mark.parametrize(
+    ("language", "number", "said"),
+    [
+        ("es", "21", {"veintiuno", "veintiún", "veintiuna"}),
+        ("es", "31", {"treinta y uno", "treinta y un", "treinta y una"}),
+        ("es", "180", {"ciento ochenta"}),
+        ("es-419", "2.5", {"dos punto cinco", "dos coma cinco"}),
+        ("fr", "91", {"quatre vingt onze"}),
+        ("fr", "21", {"vingt et un", "vingt et une"}),
+        ("fr", "-5", {"moins cinq"}),
+        ("it", "80", {"ottanta"}),
+        ("it", "1", {"uno", "un", "una"}),
+        ("de", "121", {"einhunderteinundzwanzig", "hunderteinundzwanzig"}),
+        ("de", "1", {"eins", "ein", "eine", "einen"}),
+        ("pt", "22", {"vinte e dois", "vinte e duas"}),
+        ("pt-br", "0.5", {"zero vírgula cinco"}),
+    ],
+)
+def test_wordings_in_other_languages(language: str, number: str, said: set[str]) -> None:
+    assert set(wordings(Fraction(number), language)) == said
+
+
+@pytest.mark.parametrize("number", ["1000000", "1/3"])
+def test_what_nobody_says_in_english_nobody_says_elsewhere(number: str) -> None:
+    with pytest.raises(ValueError, match="numbers"):
+        wordings(Fraction(number), "es")
+
+
+def test_a_language_whose_numbers_nobody_knows_is_named() -> None:
+    with pytest.raises(ValueError, match='no numbers of "xx": write a list'):
+        wordings(Fraction(3), "xx")

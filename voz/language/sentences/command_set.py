@@ -14,6 +14,7 @@ from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
+from voz.language.sentences.number_words import ENGLISH
 from voz.language.sentences.spelling import (
     first_wording,
     normalize,
@@ -143,12 +144,16 @@ class Commands(Collection[str]):
     Attributes:
         automaton: the sentences, labeled by places in `meanings`.
         meanings: of each template, or of each sentence of a plain list.
+        language: in which typed numbers are said.
     """
 
-    def __init__(self, automaton: Automaton, meanings: Sequence[Meaning]) -> None:
+    def __init__(
+        self, automaton: Automaton, meanings: Sequence[Meaning], language: str = ENGLISH
+    ) -> None:
         """Combine an automaton with the meanings of its labels."""
         self.automaton = automaton
         self.meanings = meanings
+        self.language = language
 
     def __len__(self) -> int:
         return self.automaton.count
@@ -235,7 +240,7 @@ class Commands(Collection[str]):
         words = text.split()
         label = self.label(words)
         if label is None:
-            typed = spoken_forms(text)
+            typed = spoken_forms(text, self.language)
             found = next(
                 chain(
                     self._matching_sentences(typed),
@@ -281,7 +286,7 @@ class Commands(Collection[str]):
 
     def is_typed_prefix(self, text: str) -> bool:
         """Whether a longer sentence begins with a typed text, perhaps with digits."""
-        return bool(words := spoken_forms(text)) and any(
+        return bool(words := spoken_forms(text, self.language)) and any(
             self.automaton.arcs[state] for state, _ in self._states_after(words)
         )
 
@@ -406,6 +411,6 @@ def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:
     return msgspec.json.encode(stored).decode() + "\n"
 
 
-def decode_commands(stored: StoredCommands) -> Commands:
+def decode_commands(stored: StoredCommands, language: str = ENGLISH) -> Commands:
     """The reverse of `encode_commands`."""
-    return Commands(Automaton(stored.arcs, stored.labels), stored.meanings)
+    return Commands(Automaton(stored.arcs, stored.labels), stored.meanings, language)

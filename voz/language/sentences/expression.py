@@ -9,7 +9,7 @@ from functools import lru_cache
 from math import factorial, prod
 from typing import Literal, NamedTuple, TypeAlias
 
-from voz.language.sentences.number_words import wordings
+from voz.language.sentences.number_words import ENGLISH, wordings
 from voz.language.sentences.text_lines import Location, error_at
 
 DefinitionKind = Literal["rule", "list"]
@@ -76,6 +76,7 @@ class NumberRange:
     last: Fraction
     step: Fraction
     factor: Fraction = Fraction(1)
+    language: str = ENGLISH
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +152,14 @@ def renamed(item: Expression, names: Mapping[DefinitionKey, str]) -> Expression:
     if isinstance(item, Reference):
         return replace(item, name=names.get((item.kind, item.name), item.name))
     return with_children(item, lambda one: renamed(one, names))
+
+
+def numbers_in_language(item: Expression, language: str) -> Expression:
+    """Let the numbers in an expression be said in a language; ValueError if nobody knows them."""
+    if isinstance(item, NumberRange):
+        wordings(item.first, language)
+        return replace(item, language=language)
+    return with_children(item, lambda one: numbers_in_language(one, language))
 
 
 def concatenation(items: list[Expression]) -> Expression:
@@ -239,7 +248,7 @@ def tagged_wordings(numbers: NumberRange) -> Expression:
     """Return all wordings of a range, tagged with their numbers; for two numbers, the smaller."""
     said: dict[str, Fraction] = {}
     for number in numbers_in(numbers):
-        for text in wordings(number):
+        for text in wordings(number, numbers.language):
             said.setdefault(text, number)
     values = {number: plain_number(number * numbers.factor) for number in said.values()}
     return choice([Tag(phrase(text), values[number]) for text, number in said.items()])

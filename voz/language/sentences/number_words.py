@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
@@ -26,16 +27,32 @@ QUARTERS = {
 """Fractions that have names; `half a` as in `half a meter`."""
 
 
+ENGLISH = "en"
+
+OTHER_FORMS = {
+    "de": (("^eins$", "ein eine einen"), ("^ein(?=hundert|tausend)", ",")),
+    "es": (("iuno$", "iún iuna"), (r"\buno$", "un una"), (" punto ", "_coma_")),
+    "fr": ((r"\bun$", "une"), ("^quatre vingt(?=s$)", "quatre_vingt")),
+    "it": (("^uno$", "un una"),),
+    "pt": ((r"\bum$", "uma"), (r"\bdois$", "duas")),
+}
+"""What people say besides, by language: what is replaced, and by which texts; `_` is a space, and
+`,` is nothing."""
+
+
 @lru_cache(maxsize=20_000)
-def wordings(number: Fraction) -> tuple[str, ...]:
+def wordings(number: Fraction, language: str = ENGLISH) -> tuple[str, ...]:
     """Say a number in all usual ways, the plainest first: `one hundred and eighty`, `one eighty`.
 
     Args:
         number: at most six digits before the point and six after it.
+        language: its code.
 
     Raises:
-        ValueError: the number is too large, or has more digits.
+        ValueError: the number is too large, has more digits, or nobody knows the language.
     """
+    if language != ENGLISH:
+        return _in_language(number, language)
     if number < 0:
         return tuple(
             f"{sign} {text}" for sign in ("minus", "negative") for text in wordings(-number)
@@ -46,6 +63,24 @@ def wordings(number: Fraction) -> tuple[str, ...]:
     part = number - whole
     said = [*_whole(whole)] if not part else [*_decimal(whole, part), *_with_quarters(whole, part)]
     return tuple(dict.fromkeys(said))
+
+
+def _in_language(number: Fraction, language: str) -> tuple[str, ...]:
+    from num2words import num2words  # takes 30 ms, and English needs none
+
+    wordings(abs(number))  # raises ValueError
+    plain = int(number) if number.denominator == 1 else float(number)
+    try:
+        said = num2words(plain, lang=language.replace("-", "_"))
+    except NotImplementedError:
+        raise ValueError(f'voz knows no numbers of "{language}": write a list of them') from None
+    found = [said.lower().replace("-", " ")]
+    for pattern, texts in OTHER_FORMS.get(language.partition("-")[0], ()):
+        others = texts.replace(",", "\0").split(" ")
+        found += [
+            re.sub(pattern, other.replace("_", " ").replace("\0", ""), found[0]) for other in others
+        ]
+    return tuple(dict.fromkeys(found))
 
 
 def _whole(number: int) -> Iterator[str]:

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from fractions import Fraction
 
-from voz.language.sentences.number_words import wordings
+from voz.language.sentences.number_words import ENGLISH, wordings
 
 MAX_WORD_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 
@@ -86,10 +86,10 @@ _QUOTED = re.compile(r"(?<!\w)'([^']*)'(?!\w)")
 _HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
 
 
-def spoken_forms(text: str) -> list[list[str]]:
+def spoken_forms(text: str, language: str = ENGLISH) -> list[list[str]]:
     """Return the ways to say each word or number of typed text."""
     plain = _QUOTED.sub(r" \1 ", compose_accents(text.lower()).translate(_PLAIN))
-    return [_said(token) for token in _TOKEN.findall(_HYPHEN.sub(" ", plain))]
+    return [_said(token, language) for token in _TOKEN.findall(_HYPHEN.sub(" ", plain))]
 
 
 def first_wording(text: str) -> str:
@@ -102,8 +102,8 @@ def plain_form(text: str) -> str:
     return strip_accents(first_wording(text))
 
 
-def _said(token: str) -> list[str]:
+def _said(token: str, language: str) -> list[str]:
     try:
-        return list(wordings(Fraction(token)))
+        return list(wordings(Fraction(token), language))
     except ValueError:  # no number, or too large to be said
         return [token]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
+from voz.errors import CommandsError
 from voz.language.sentences.expression import (
     Concatenation,
     DefinitionKey,
@@ -21,6 +22,7 @@ from voz.language.sentences.expression import (
     children,
     choice,
     may_be_empty,
+    numbers_in_language,
     references,
     with_children,
 )
@@ -124,6 +126,26 @@ class TemplateSource:
         self.skipped = choice(skipped) if skipped else None
         for (kind, name), definition in other.definitions.items():
             self.define(kind, name, definition.expression, definition.place, definition.unsupported)
+
+
+def in_language(source: TemplateSource, language: str) -> TemplateSource:
+    """Let all numbers be said in a language; raises CommandsError if nobody knows them."""
+
+    def said(item: Expression) -> Expression:
+        return numbers_in_language(item, language)
+
+    try:
+        return replace(
+            source,
+            templates=[replace(one, expression=said(one.expression)) for one in source.templates],
+            definitions={
+                key: replace(definition, expression=said(definition.expression))
+                for key, definition in source.definitions.items()
+            },
+            skipped=said(source.skipped) if source.skipped else None,
+        )
+    except ValueError as error:
+        raise CommandsError(f"{source.name}: {error}") from None
 
 
 def reference_text(kind: DefinitionKind, name: str) -> str:

@@ -15,7 +15,7 @@ Search = Literal["grammar", "lm"]
 Ask = Literal["never", "standing", "always"]
 NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
-NAME = re.compile(r"[a-z']{1,40}( [a-z']{1,40}){0,4}", re.ASCII)
+NAME = re.compile(r"[^\W\d_](?:[^\W\d_]|'){0,39}( (?:[^\W\d_]|'){1,40}){0,4}")
 Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
 Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
@@ -78,7 +78,7 @@ class Recognition(Section, frozen=True, kw_only=True):
         super().__post_init__()
         said = " ".join(self.name.lower().split())
         if said and not NAME.fullmatch(said):
-            raise ConfigError(f'`name` is "{self.name}"; write one to five words of letters a to z')
+            raise ConfigError(f'`name` is "{self.name}"; write one to five words of letters')
         msgspec.structs.force_setattr(self, "name", said)
 
     @property

@@ -404,8 +404,8 @@ def test_what_it_may_be_is_told_only_where_the_robot_asks(ask: Ask) -> None:
     [
         ("go forward", 'a command is or begins with "go forward"'),
         ("turn", 'a command is or begins with "turn"'),
-        ("r2d2", "write one to five words of letters a to z"),
-        ("a b c d e f", "write one to five words of letters a to z"),
+        ("r2d2", "write one to five words of letters"),
+        ("a b c d e f", "write one to five words of letters"),
     ],
 )
 def test_a_name_that_cannot_be_used_is_one_line(name: str, why: str) -> None:

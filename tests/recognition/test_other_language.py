@@ -16,11 +16,12 @@ from voz.api.recognizer import Recognizer
 from voz.audio import Samples
 from voz.config import load_config
 from voz.control.table import DEFAULT_STATE
+from voz.errors import ConfigError
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.language_files import LanguageFiles
+from voz.language.language_files import LanguageFiles, packaged_files
 from voz.language.spoken_language import configured_language, find_sources, read_language
-from voz.recognition.language import Language, load_language
+from voz.recognition.language import Language, load_language, with_more_words
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import scorer_for, why_missing
 from voz.settings import Recognition, SpokenLanguage
@@ -110,6 +111,43 @@ def test_the_network_decides_where_espeak_ng_pronounces(
     for text in others:
         heard = list(recognizer.utterances([said(text, tmp_path, language)], ""))
         assert not any(utterance.accepted for utterance in heard)
+
+
+@pytest.mark.slow
+def test_a_name_is_heard_by_the_nearest_english_phones(tmp_path: Path) -> None:
+    (tmp_path / "list.txt").write_text("avanza\npara\nllama al robot\n", encoding="utf-8")
+    language = configured_language(SpokenLanguage(name="es"))
+    build(tmp_path / "list.txt", tmp_path / "lm", read_list(tmp_path / "list.txt", language))
+    files = LanguageFiles(tmp_path / "lm")
+    settings = Recognition(name="oye robot", never_missed=("para",))
+    named = with_more_words(load_language(files), settings)
+    assert named.ipa["oye"] == named.pronunciations["oye"] == ("OW", "Y", "EH")
+    assert named.ipa["robot"] == ("R", "OW", "V", "OW", "T")  # a word of the list, too
+    assert named.ipa["avanza"] == ("a", "β", "a", "n", "θ", "a")
+    recognizer = Recognizer(files, settings)
+    for text, heard_text, is_named in (
+        ("oye robot", "oye robot", True),
+        ("oye robot, avanza", "avanza", True),
+        ("avanza", "avanza", False),
+    ):
+        (heard,) = recognizer.utterances([said(text, tmp_path)], "")
+        assert (heard.text, heard.accepted, heard.named) == (heard_text, True, is_named)
+
+
+def test_questions_are_answered_in_a_language_that_has_texts(
+    files: LanguageFiles, tmp_path: Path
+) -> None:
+    asking = Recognition(ask="always")
+    answers = with_more_words(load_language(packaged_files("es")), asking)
+    assert answers.ipa["sí"] == ("s", "i")
+    assert answers.pronunciations["no"] == ("N", "OW")
+    (tmp_path / "list.txt").write_text("avanti\n")
+    italian = configured_language(SpokenLanguage(name="it"))
+    build(tmp_path / "list.txt", tmp_path / "lm", read_list(tmp_path / "list.txt", italian))
+    with pytest.raises(ConfigError, match="voz asks nothing in it"):
+        with_more_words(load_language(LanguageFiles(tmp_path / "lm")), asking)
+    with pytest.raises(ConfigError, match="need the network, which is not for the model of es"):
+        with_more_words(load_language(files), Recognition(name="oye robot"))
 
 
 def test_phones_without_symbols_are_split_or_become_english_ones(tmp_path: Path) -> None:

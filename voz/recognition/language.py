@@ -19,13 +19,13 @@ from voz.language.language_files import (
     read_pronunciations,
     read_rival_words,
 )
-from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries
+from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries, ipa_entries
 from voz.language.rival_words import Rivals
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
-from voz.language.spoken_language import LanguageInfo, check_acoustic_model
+from voz.language.spoken_language import LanguageInfo, OtherLanguage, check_acoustic_model
 from voz.settings import Recognition
-from voz.texts.tables import language_of, text
+from voz.texts.tables import ENGLISH, language_of, text
 
 
 @dataclass(frozen=True)
@@ -111,16 +111,20 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     """Add the words of the robot's name, and of answers to what it asks, to a language.
 
     Raises:
-        ConfigError: the language is not English, the search is not for whole commands, nobody
-            knows how to say the name, or a command is the same or begins so.
+        ConfigError: the search is not for whole commands, nobody knows how to say the name, a
+            command is the same or begins so, or the language has no such answers.
     """
     name = settings.name
     if not settings.more_than_commands:
         return language
-    if not language.spoken.is_english:
+    if not language.network_words:
         raise ConfigError(
-            f"`name` and `ask` of [recognition] work in English alone, not {language.spoken.name}"
+            f"`name` and `ask` of [recognition] need the network, which is not for the model of "
+            f"{language.spoken.name}"
         )
+    has_questions = language.spoken.is_english or language_of(language.spoken.code) != ENGLISH
+    if settings.ask != "never" and not has_questions:
+        raise ConfigError(f"`ask` of [recognition]: voz asks nothing in {language.spoken.name}")
     if settings.search == "lm":
         raise ConfigError('`name` and `ask` of [recognition] need search = "grammar"')
     if name and (name in language.commands or language.commands.has_continuation(name)):
@@ -130,19 +134,31 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     from voz.language.formats.command_list import folder_of
 
     known = spellings(language.dictionary)
+    spoken = None if language.spoken.is_english else OtherLanguage(language.spoken)
     answers = [text(word, language_of(language.spoken.code)) for word in (YES, NO)]
     places = {word: SETTING for word in (*name.split(), *answers) if word not in known}
     sources = list_sources(language.files)
     try:
-        entries = pronounce_words(folder_of(sources[0]) if sources else None, places)
+        entries = pronounce_words(folder_of(sources[0]) if sources else None, places, spoken)
     except CommandsError as error:
         raise ConfigError(str(error)) from None
     more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}
+    ipa = {word: tuple(phones.split()) for word, phones in ipa_entries(entries)}
+    said = {**language.pronunciations, **(more if spoken else with_british(more))}
     return replace(
         language,
-        pronunciations={**language.pronunciations, **with_british(more)},
+        pronunciations=said,
+        ipa=_with_english_phones({**language.ipa, **ipa}, name.split(), said) if spoken else {},
         guessed=frozenset(word for word in entries if entries[word].origin == GUESS_ORIGIN),
     )
+
+
+def _with_english_phones(
+    ipa: Mapping[str, Phones], words: Collection[str], english: Mapping[str, Phones]
+) -> dict[str, Phones]:
+    """Let the network hear the words of a name by English phones, which the name's weights know."""
+    others = {entry: way for entry, way in ipa.items() if plain_word(entry) not in words}
+    return others | {entry: way for entry, way in english.items() if plain_word(entry) in words}
 
 
 Phones = tuple[str, ...]

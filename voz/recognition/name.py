@@ -223,9 +223,10 @@ class NameFinder:
     def __init__(self, network: PhonemeScorer, name: str) -> None:
         """Prepare to find a name, the words of which have pronunciations."""
         self._network = network
-        self._name = network.lattice_of(name)
-        self._weights = read_weights()
         phones = [*read_phone_symbols()]
+        said = network.lattice_of(name)
+        self._name = said._replace(symbols=np.minimum(said.symbols, len(phones)))
+        self._weights = read_weights()
         self._keyphrase = KeyphraseScorer([phones[n] for n in network.phone_numbers(name)])
 
     def find(
@@ -279,11 +280,18 @@ class NameFinder:
         """Find where the name fits best by phones alone; arguments are those of `find`."""
         before, behind = costs_around(likelihoods, alone)
         too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
-        found = find_evidence(likelihoods.log_ratios, before, behind + too_early, self._name)
+        log_ratios = english_phones(likelihoods.log_ratios)
+        found = find_evidence(log_ratios, before, behind + too_early, self._name)
         seconds = MOMENT / SAMPLE_RATE
         log_odds = found.log_odds(self._weights)
         against = CONTEXT_WEIGHT * found.around
         return NameMatch(log_odds, found.begin * seconds, found.end * seconds, against)
+
+
+def english_phones(log_ratios: Floats) -> Floats:
+    """Leave out the phones of other languages, for which no weights of names were fitted."""
+    english: Floats = np.delete(log_ratios, np.s_[len(read_phone_symbols()) : -1], axis=1)
+    return english
 
 
 def _with_margin(samples: Samples, match: NameMatch, margin: float) -> tuple[Samples, float]:

@@ -1,7 +1,7 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
-.PHONY: benchmark clean
+.PHONY: benchmark clean lowest
 
 # One process waits for most of its time: of the tests that need real seconds.
 SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 1))
@@ -67,6 +67,16 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(COUNTED)
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --ignore=tests/control
 
+# The first numpy that is allowed loads more of itself than later ones.
+lowest: ## Run the quick tests with the lowest versions of packages that pyproject.toml allows
+	@sh tools/install.sh tests
+	[ -x .venv-lowest/bin/uv ] || python3 -m venv .venv-lowest
+	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check uv
+	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python --resolution lowest-direct \
+		--only-binary :all: --no-binary voz-robot --editable ".[dev]"
+	.venv-lowest/bin/python -m pytest -q -W default -m "not slow and not realtime" tests/control $(PURE) \
+		--deselect tests/audio/test_levels.py::test_to_understand_a_recording_loads_neither_masked_arrays_nor_openssl
+
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report=term-missing
@@ -88,5 +98,5 @@ benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-rclpy .venv-ros1 .venv-training tests/*/node_modules demo demo.png build dist site docs/reference
+	rm -rf .venv .venv-lowest .venv-rclpy .venv-ros1 .venv-training tests/*/node_modules demo demo.png build dist site docs/reference
 	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage

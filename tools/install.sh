@@ -61,10 +61,12 @@ install_packages() {
     [ -n "$missing" ] || return 0
     echo "Installing system packages with ${sudo:+$sudo }apt-get:$missing"
     echo "($2)"
-    $sudo apt-get update -qq
     # shellcheck disable=SC2086 # the packages are words of their own
-    $sudo env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends $missing >/dev/null
+    $sudo apt-get update -qq && $sudo env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends $missing >/dev/null && return 0
+    echo "They could not be installed. Who administers this computer can do it, then call make again:" >&2
+    echo "    apt-get install --no-install-recommends$missing" >&2
+    exit 2
 }
 
 install_packages "$packages" "$why"
@@ -82,14 +84,15 @@ pip_install() {
     "$environment/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check "$@"
 }
 
-# Install what compiles pocketsphinx, where it has no wheel for the Python of an environment.
-install_compiler() {
-    "$1/bin/python" -c "import pocketsphinx" 2>/dev/null && return 0
+# Whether a package is installed in an environment, or has a wheel for its Python.
+has_wheel() {
+    "$1/bin/python" -c "import $2" 2>/dev/null && return 0
     wheel=$(mktemp -d)
+    found=0
     "$1/bin/python" -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: --dest "$wheel" \
-        "pocketsphinx>=5.0.4" >/dev/null 2>&1 ||
-        install_packages "gcc g++ libc6-dev python3-dev" "pocketsphinx has no wheel for this Python, and is compiled"
+        "$2$3" >/dev/null 2>&1 || found=1
     rm -r "$wheel"
+    return $found
 }
 
 # Install voz with an extra into a virtual environment. Nothing to do when this was done before and
@@ -107,7 +110,12 @@ install_voz() {
 }
 
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-install_compiler .venv
+has_wheel .venv pocketsphinx ">=5.0.4" ||
+    install_packages "gcc g++ libc6-dev python3-dev" "pocketsphinx has no wheel for this Python, and is compiled"
+if [ "${1:-}" = ros2 ] && ! has_wheel .venv cyclonedds ">=11"; then
+    echo "ROS 2 needs cyclonedds, which has no wheel for $("$python" -V) on this processor; set PYTHON to another" >&2
+    exit 2
+fi
 install_voz .venv "$extra" & # beside PyTorch, if that is wanted
 voz=$!
 trap 'kill "$voz" 2>/dev/null || true' EXIT

@@ -31,6 +31,9 @@ SYSTEM = "manylinux_2_35"
 BUILT = "pocketsphinx"
 """It has no wheels for all Pythons on ARM; pip builds it there."""
 
+WITHOUT_WHEEL = "docopt"
+"""What num2words needs; it is one file, and has no wheel at all."""
+
 HEADER = """\
 # The versions that tools/install.sh installs, those that voz was tested with; the ranges are in
 # pyproject.toml. Made by `make constraints`; do not edit.
@@ -65,14 +68,17 @@ def resolve(uv: Path, target: Target, preferred: Versions) -> Versions:
     """
     with tempfile.TemporaryDirectory() as folder:
         found = Path(folder, "found.txt")
-        for how in ("--only-binary=:all:", f"--no-binary={BUILT}"):
+        for how in (
+            ["--only-binary=:all:", f"--no-binary={WITHOUT_WHEEL}"],
+            [f"--no-binary={BUILT}"],
+        ):
             found.write_text(lines_of(preferred))  # uv keeps to what is in its output
             command = [
                 *(uv, "pip", "compile", "--quiet", "--no-header", "--no-annotate"),
                 *("--python-version", target.python),
                 *("--python-platform", f"{target.machine}-{SYSTEM}"),
                 *("--extra", "dev", "--extra", "docs", "--output-file", found),
-                how,
+                *how,
                 ROOT / "pyproject.toml",
             ]
             done = subprocess.run([*map(str, command)], capture_output=True, text=True)

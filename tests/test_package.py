@@ -15,6 +15,8 @@ import pytest
 from calls import VOZ
 from recordings import FIXTURES, ROOT
 
+from voz.language.language_files import PACKAGED_FOLDER
+
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -39,12 +41,15 @@ def voz(installed: Path, *arguments: object) -> subprocess.CompletedProcess[str]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
 @pytest.mark.slow
 def test_the_language_files_travel_in_the_package(installed: Path) -> None:
     assert contents(installed / "voz" / "lm") == contents(ROOT / "lm")
+    for language in ("es", "fr"):
+        there = contents(installed / "voz" / "lm" / language)
+        assert there == contents(PACKAGED_FOLDER / language) != {}
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from recordings import FIXTURES, Recording
 from synthesis import VOICES, Voice, phrase, with_floor
 
+import voz
 from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segmenter import segments
@@ -45,6 +46,14 @@ def test_commands_are_accepted_and_most_near_misses_are_not(
 
     assert accepted("command") >= 0.9
     assert accepted("near-miss") <= 0.25
+
+
+def test_a_recognizer_says_its_commands(recognizer: Recognizer) -> None:
+    shown = repr(recognizer)
+    assert shown.startswith("<Recognizer: start speech, stop speech, go forward")
+    assert shown.endswith("fold arm>")
+    many = voz.load(["stop", "go to place {number: 1..22}"])
+    assert repr(many).endswith(" and 3 more>")
 
 
 @pytest.mark.parametrize("kind", ["long", "format"])

@@ -41,6 +41,10 @@ class Candidate:
     end: float  # s in the recording
 
 
+MAX_NAMED = 20
+"""So many commands stand in the representation of an engine."""
+
+
 class RecognitionEngine(PublicNames):
     """Finds the utterances in streams of samples; made once, used for many.
 
@@ -77,6 +81,13 @@ class RecognitionEngine(PublicNames):
         self._profile = profile or Profile()
         self._interpreter = self._load()
         self._early = settings.early_decision
+
+    def __repr__(self) -> str:
+        """Name the commands, the first of many."""
+        texts = self.commands.examples()
+        shown = ", ".join(texts[:MAX_NAMED])
+        more = f" and {len(self.commands) - MAX_NAMED:,} more" if len(texts) > MAX_NAMED else ""
+        return f"<{type(self).__name__}: {shown}{more}>"
 
     def _load(self) -> Interpreter:
         with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`

@@ -73,7 +73,7 @@ def test_what_is_no_address_is_refused(address: str) -> None:
 
 
 def test_who_is_no_robot_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(voz.RobotError, match=r"http://127.0.0.1:9: .*refused"):
+    with pytest.raises(voz.RobotError, match=r"http://127.0.0.1:9: .*refused; nothing listens"):
         voz.Client("http://127.0.0.1:9")
     with pytest.raises(voz.ConfigError, match=r"authority .*nowhere.crt: "):
         voz.Client("https://127.0.0.1:9", authority=tmp_path / "nowhere.crt")

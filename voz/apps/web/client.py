@@ -206,9 +206,7 @@ class Client(PublicNames):
             raise RobotError(f"{self._origin}: {_reason(error)}") from error
         except (OSError, HTTPException, ValueError) as error:
             reason = getattr(error, "reason", error)
-            untrusted = isinstance(reason, ssl.SSLCertVerificationError)
-            remedy = "give its /api/authority.crt as `authority`" if untrusted else None
-            raise RobotError(f"{self._origin}: {reason}", remedy) from error
+            raise RobotError(f"{self._origin}: {reason}", _remedy(reason)) from error
 
 
 def _parse_link(address: str) -> SplitResult:
@@ -219,6 +217,14 @@ def _parse_link(address: str) -> SplitResult:
             return link
     example = "give the whole of it, as http://127.0.0.1:8737"
     raise ConfigError(f"{address!r} is no address of an operator page", example)
+
+
+def _remedy(reason: object) -> str | None:
+    if isinstance(reason, ssl.SSLCertVerificationError):
+        return "give its /api/authority.crt as `authority`"
+    if isinstance(reason, ConnectionRefusedError):
+        return "nothing listens there; start the robot with `voz run --web`"
+    return None
 
 
 def _reason(error: HTTPError) -> str:

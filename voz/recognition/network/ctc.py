@@ -101,8 +101,9 @@ def _append(
             if place:
                 nodes.append(Node(blank, [len(nodes) - 1, len(nodes)], number))
                 sources = [len(nodes) - 2, len(nodes) - 1]
-            # A symbol that comes twice needs a blank between.
-            others = [source for source in sources if nodes[source].symbol != symbol]
+            # A symbol that comes twice in a word needs a blank between; where a word ends as the
+            # next begins, as in "left turn", people say it once.
+            others = [node for node in sources if not place or nodes[node].symbol != symbol]
             nodes.append(Node(symbol, [*others, len(nodes)], number))
         lasts.append(len(nodes) - 1)
     return firsts, lasts

@@ -74,7 +74,7 @@ def english_on(page: Page, replies: bool = True) -> set[str]:
     return {each for each in shown for key in keys if re.fullmatch(pattern(key), each)}
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 @pytest.mark.parametrize(
     ("locale", "free", "drives", "moves"),
     [
@@ -115,7 +115,7 @@ def test_all_of_the_page_is_in_the_language_of_the_browser(
     context.close()
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_a_spanish_robot_and_its_page_have_no_english(
     no_sound_card: dict[str, str], browser: Browser, tmp_path: Path
 ) -> None:

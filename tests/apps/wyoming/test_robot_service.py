@@ -109,6 +109,7 @@ def run(no_sound_card: dict[str, str], folder: Path) -> Iterator[tuple[LiveRobot
     assert "listening to typed commands and Wyoming clients" in robot.words
 
 
+@pytest.mark.realtime
 def test_a_spanish_robot_answers_in_spanish(no_sound_card: dict[str, str], tmp_path: Path) -> None:
     assistant = Assistant(f"tcp://127.0.0.1:{free_port()}")
     arguments = ["--wyoming", str(assistant), "--config", str(spanish_robot(tmp_path))]

@@ -399,8 +399,8 @@ def test_s5_a_page_that_is_closed_stops_the_robot(
 ) -> None:
     page = opened(context, robot.link)
     drive(page)
-    tap(page, "go forward")
     since = robot.since
+    tap(page, "go forward")
     robot.robot.wait_for(moves, since)
     page.goto("about:blank")
     robot.robot.wait_for(warns("the operator's page is gone"), since)
@@ -411,8 +411,8 @@ def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(
 ) -> None:
     page = opened(context, robot.link)
     drive(page)
-    tap(page, "go forward")
     since = robot.since
+    tap(page, "go forward")
     robot.robot.wait_for(moves, since)
     page.evaluate(
         "() => { Object.defineProperty(document, 'hidden', { value: true });"

@@ -105,6 +105,7 @@ def test_all_of_the_page_is_in_the_language_of_the_browser(
     page.locator("#commands").get_by_role("button", name="go back", exact=True).click()
     expect(page.locator("#heard .why")).to_have_text(text("rehearsal: nothing moves", language))
     page.locator("#rehearse").uncheck()
+    expect(page.locator("#motion")).to_have_text(text("STANDING", language))
     with opened_without_browser(robot) as other:
         other.drive(over=True)
         program = text("program", language)

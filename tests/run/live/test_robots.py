@@ -14,7 +14,6 @@ from calls import VOZ
 from live_robot import live_robot, moves, rests, warns
 from live_terminal import Terminal
 from programs import wait_until
-from recordings import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -106,12 +105,21 @@ def test_a_terminal_shows_the_simulated_room_beside_what_is_heard(pulse: dict[st
     os.close(ours)
 
 
+PRINTS_EACH_MOVE = """
+import voz
+
+
+class Wheels(voz.Robot):
+    def move(self, linear, angular):
+        print(f"forward {linear} m/s, to the left {angular} rad/s")
+"""
+
+
 @pytest.mark.realtime
 def test_what_robots_and_programs_print_stands_above_the_panel(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:
-    code = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
-    (tmp_path / "wheels.py").write_text(code)
+    (tmp_path / "wheels.py").write_text(PRINTS_EACH_MOVE)
     (tmp_path / "voz.toml").write_text(
         "[commands]\n\"point beer\" = { run = ['sh', '-c', 'echo \"\\033[2Jcheese\"'] }\n"
     )

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import pocketsphinx
 import soundfile
 import soxr
 import typer
@@ -25,6 +24,7 @@ from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.errors import SpeechError
 from voz.language.pronunciation import find_anywhere, look_up, read_cmudict
+from voz.language.rival_words import word_log_probability
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
@@ -138,15 +138,9 @@ def main(
 def common_words(number: int) -> dict[str, str]:
     """The commonest words of pocketsphinx's language model, with their usual phones."""
     cmudict = read_cmudict()
-    config = pocketsphinx.Config(
-        lm=pocketsphinx.get_model_path("en-us/en-us.lm.bin"), hmm=None, dict=None
-    )
-    model = pocketsphinx.NGramModel(
-        config, pocketsphinx.LogMath(), pocketsphinx.get_model_path("en-us/en-us.lm.bin")
-    )
     names = {line.split(b" ", 1)[0].decode() for line in cmudict.splitlines()}
     plain = sorted(name for name in names if name.isalpha() and (len(name) > 1 or name in "ai"))
-    plain.sort(key=lambda word: model.prob([word]), reverse=True)
+    plain.sort(key=word_log_probability(), reverse=True)
     return {
         word: (look_up(cmudict, word) or find_anywhere(cmudict, word))[0] for word in plain[:number]
     }

@@ -1,15 +1,15 @@
 """Rival words: those of the dictionary that are one phone away from a word of the list.
 
 A command with a rival word in place of its own, as "cold arm" for "fold arm", is what people say
-that sounds most like it, and is no command. Pure, but for `everyday_words`.
+that sounds most like it, and is no command. Pure, but for the language model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
-from voz.language.phone_distances import PhoneDistances, read_distances
+from voz.language.phone_distances import read_distances
 from voz.language.pronunciation import PHONES
 from voz.language.similarity import loss_between
 
@@ -85,16 +85,22 @@ def decode_rivals(text: str) -> Rivals:
     return found
 
 
-def everyday_words(words: Collection[str]) -> frozenset[str]:
-    """Those words that are common in the English of pocketsphinx's language model."""
+def word_log_probability() -> Callable[[str], float]:
+    """Load pocketsphinx's English language model: the log-probability of a word, nats."""
     import pocketsphinx
 
     path = pocketsphinx.get_model_path("en-us/en-us.lm.bin")
     logarithms = pocketsphinx.LogMath()
     config = pocketsphinx.Config(lm=path, hmm=None, dict=None)
     model = pocketsphinx.NGramModel(config, logarithms, path)
+    return lambda word: float(logarithms.log_to_ln(model.prob([word])))
+
+
+def everyday_words(words: Collection[str]) -> frozenset[str]:
+    """Those words that are common in the English of pocketsphinx's language model."""
+    log_probability = word_log_probability()
     plain = (word for word in words if word.isalpha() and len(word) > 1)
-    return frozenset(word for word in plain if logarithms.log_to_ln(model.prob([word])) >= EVERYDAY)
+    return frozenset(word for word in plain if log_probability(word) >= EVERYDAY)
 
 
 def neighbors(
@@ -102,7 +108,6 @@ def neighbors(
     pronunciations: Mapping[str, Collection[str]],
     rivals: Rivals,
     allowed: Collection[str],
-    distances: PhoneDistances | None = None,
 ) -> list[str]:
     """Find what sounds most like a command with one word replaced, the nearest first.
 
@@ -111,9 +116,8 @@ def neighbors(
         pronunciations: of each of them, such as "F OW L D".
         rivals: what `find_rivals` returns.
         allowed: the words that may replace one.
-        distances: of the phones; None for those of English.
     """
-    apart = distances or read_distances()
+    apart = read_distances()
     words = command.split()
     losses = {}
     for place, word in enumerate(words):

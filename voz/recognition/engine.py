@@ -84,10 +84,11 @@ class RecognitionEngine(PublicNames):
 
     def __repr__(self) -> str:
         """Name the commands, the first of many."""
-        texts = self.commands.examples()
-        shown = ", ".join(texts[:MAX_NAMED])
-        more = f" and {len(self.commands) - MAX_NAMED:,} more" if len(texts) > MAX_NAMED else ""
-        return f"<{type(self).__name__}: {shown}{more}>"
+        commands = self.commands
+        listed = commands.can_be_listed
+        texts = commands.listed[:MAX_NAMED] if listed else commands.sample(MAX_NAMED)
+        more = f" and {len(commands) - len(texts):,} more" if len(commands) > len(texts) else ""
+        return f"<{type(self).__name__}: {', '.join(texts)}{more}>"
 
     def _load(self) -> Interpreter:
         with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`

@@ -40,6 +40,7 @@ class TextTable:
     notices: tuple[str, ...]
 
 
+@cache
 def languages() -> tuple[str, ...]:
     """The codes of all languages, English first."""
     return (ENGLISH, *sorted(path.stem for path in FOLDER.glob("*.toml")))

@@ -30,14 +30,13 @@ QUARTERS = {
 ENGLISH = "en"
 
 OTHER_FORMS = {
-    "de": (("^eins$", "ein eine einen"), ("^ein(?=hundert|tausend)", ",")),
-    "es": (("iuno$", "iún iuna"), (r"\buno$", "un una"), (" punto ", "_coma_")),
-    "fr": ((r"\bun$", "une"), ("^quatre vingt(?=s$)", "quatre_vingt")),
-    "it": (("^uno$", "un una"),),
-    "pt": ((r"\bum$", "uma"), (r"\bdois$", "duas")),
+    "de": (("^eins$", ("ein", "eine", "einen")), ("^ein(?=hundert|tausend)", ("",))),
+    "es": (("iuno$", ("iún", "iuna")), (r"\buno$", ("un", "una")), (" punto ", (" coma ",))),
+    "fr": ((r"\bun$", ("une",)),),
+    "it": (("^uno$", ("un", "una")),),
+    "pt": ((r"\bum$", ("uma",)), (r"\bdois$", ("duas",))),
 }
-"""What people say besides, by language: what is replaced, and by which texts; `_` is a space, and
-`,` is nothing."""
+"""What people say besides, by language: what is replaced, and by which texts."""
 
 
 @lru_cache(maxsize=20_000)
@@ -76,10 +75,7 @@ def _in_language(number: Fraction, language: str) -> tuple[str, ...]:
         raise ValueError(f'voz knows no numbers of "{language}": write a list of them') from None
     found = [said.lower().replace("-", " ")]
     for pattern, texts in OTHER_FORMS.get(language.partition("-")[0], ()):
-        others = texts.replace(",", "\0").split(" ")
-        found += [
-            re.sub(pattern, other.replace("_", " ").replace("\0", ""), found[0]) for other in others
-        ]
+        found += [re.sub(pattern, text, found[0]) for text in texts]
     return tuple(dict.fromkeys(found))
 
 

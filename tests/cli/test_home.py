@@ -52,20 +52,22 @@ def test_what_needs_a_home_says_so_in_one_line(arguments: list[object]) -> None:
 WROTE = ("drawing ", "written: ")
 
 
+CALLS = [
+    ["run", "--wav", GO_BACK, "--no-sound", "--robot", "simulator", "--picture", "way.svg"],
+    ["say", "hello", "--out", "hello.wav"],
+    ["decode", GO_BACK],
+    ["run", "--wav", GO_BACK],
+    ["--help"],
+    ["build-lm", "--check"],
+    ["sound", "--list"],
+]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--help"],
-        ["decode", GO_BACK],
-        ["run", "--wav", GO_BACK],
-        ["build-lm", "--check"],
-        ["run", "--wav", GO_BACK, "--no-sound", "--robot", "simulator", "--picture", "way.svg"],
-        ["say", "hello", "--out", "hello.wav"],
-        ["sound", "--list"],
-    ],
+    ("code", "arguments"),
+    [*((NOBODY, call) for call in CALLS), *((KNOWN_USER, call) for call in CALLS[:3])],
 )
-@pytest.mark.parametrize("code", [NOBODY, KNOWN_USER])
 def test_all_else_works_without_a_word_about_it(
     code: str, arguments: list[object], tmp_path: Path
 ) -> None:

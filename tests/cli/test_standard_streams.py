@@ -10,7 +10,7 @@ import pytest
 from calls import VOZ
 from recordings import GO_BACK, ROOT
 
-CLOSED = [">&-", "2>&-", "<&-", "<&- >&- 2>&-"]
+ALL_CLOSED = "<&- >&- 2>&-"
 
 CALLS = [
     (["--help"], 0),
@@ -28,6 +28,16 @@ CALLS = [
     (["fit-confidence", "none.tsv", "--out", "none.json"], 2),
 ]
 
+ONE_CLOSED = [
+    (">&-", ["--help"], 0),
+    ("2>&-", ["say"], 2),
+    ("<&-", ["run", "--text", "-"], 0),
+    (">&-", ["decode", "--json", GO_BACK], 0),
+    ("2>&-", ["decode", GO_BACK], 0),
+    (">&-", ["run", "--wav", GO_BACK, "--events", "-", "--robot", "simulator"], 0),
+    ("2>&-", ["run", "--text", "-"], 0),
+]
+
 
 def called(redirection: str, arguments: list[object]) -> subprocess.CompletedProcess[str]:
     """Call the command from a shell, which can close its streams."""
@@ -42,10 +52,12 @@ def called(redirection: str, arguments: list[object]) -> subprocess.CompletedPro
     )
 
 
-@pytest.mark.parametrize("redirection", CLOSED)
-@pytest.mark.parametrize(("arguments", "code"), CALLS)
+@pytest.mark.parametrize(
+    ("redirection", "arguments", "code"),
+    [*ONE_CLOSED, *((ALL_CLOSED, *call) for call in CALLS)],
+)
 def test_what_the_caller_closed_is_no_reason_to_fail(
-    arguments: list[object], code: int, redirection: str
+    redirection: str, arguments: list[object], code: int
 ) -> None:
     done = called(redirection, arguments)
     assert done.returncode == code
@@ -57,15 +69,20 @@ def test_what_is_opened_later_is_not_written_over_by_what_is_printed(tmp_path: P
     events, bag = tmp_path / "events.jsonl", tmp_path / "run.mcap"
     whole = tmp_path / "whole.jsonl"
     called("", ["run", "--wav", GO_BACK, "--events", whole])
-    called("<&- >&- 2>&-", ["run", "--wav", GO_BACK, "--events", events, "--bag", bag])
+    called(ALL_CLOSED, ["run", "--wav", GO_BACK, "--events", events, "--bag", bag])
     assert events.read_text() == whole.read_text()
     assert called("", ["run", "--replay", bag]).returncode == 0
 
 
 @pytest.mark.parametrize(
-    "arguments", [["sound", "--list"], ["decode", GO_BACK], ["decode", "--json", GO_BACK]]
+    ("redirection", "arguments"),
+    [
+        (">/dev/full", ["sound", "--list"]),
+        (">/dev/full", ["decode", GO_BACK]),
+        (">/dev/full", ["decode", "--json", GO_BACK]),
+        ("</dev/null >&0", ["decode", GO_BACK]),
+    ],
 )
-@pytest.mark.parametrize("redirection", [">/dev/full", "</dev/null >&0"])
 def test_what_cannot_be_written_is_one_line(redirection: str, arguments: list[object]) -> None:
     done = called(redirection, arguments)
     assert done.returncode == 2

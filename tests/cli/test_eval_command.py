@@ -15,18 +15,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calls import VOZ, Result, in_process
+from calls import VOZ, Result
 from msgspec.structs import replace
+from programs import PATIENCE
 from recordings import FIXTURES, GO_BACK, read_manifest
 
 from voz.recognition.confidence import load_models, save_models
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network, write_network
 
+Voz = Callable[..., Result]
 Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def voz(voz: Callable[..., Result]) -> Call:
+def evaluate(voz: Voz) -> Call:
     def call(*arguments: object) -> tuple[int, str, str]:
         result = voz("eval", "--lm", "lm", *arguments)
         return result.code, result.out, result.err
@@ -50,9 +52,11 @@ def manifest(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_path: Path) -> None:
+def test_an_evaluation_and_a_comparison_with_it(
+    evaluate: Call, manifest: Path, tmp_path: Path
+) -> None:
     data, page = tmp_path / "first.json", tmp_path / "first.html"
-    code, out, err = voz(manifest, "--json", data, "--html", page, "--jobs", 2)
+    code, out, err = evaluate(manifest, "--json", data, "--html", page, "--jobs", 2)
     assert code == 3
     for figures in ("right and accepted", "let through", "expected calibration error"):
         assert figures in out
@@ -87,7 +91,7 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
 
     plain = ("--engine", "plain-pocketsphinx", "--reverb", "--jobs", 2)
     noise = ("--snr", "30,0", "--noise", FIXTURES / "long" / "kitchen.wav")
-    code, out, err = voz(manifest, "--compare", data, *plain, *noise)
+    code, out, err = evaluate(manifest, "--compare", data, *plain, *noise)
     assert code == 3
     lines = [line.split() for line in out.splitlines()]
     rows = [line for line in lines if line and line[0] in ("some", "30", "0")]
@@ -97,22 +101,24 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     assert "per hour)" in out
 
 
-def test_the_page_lets_a_clip_be_heard_that_went_wrong(voz: Call, tmp_path: Path) -> None:
+def test_the_page_lets_a_clip_be_heard_that_went_wrong(evaluate: Call, tmp_path: Path) -> None:
     lists, page = tmp_path / "list.tsv", tmp_path / "page.html"
     rows = [f"{GO_BACK}\t{text}\tme\tcommand\n" for text in ("go back", "turn left")]
     lists.write_text("path\ttext\tspeaker\tkind\n" + "".join(rows))
     given = (lists, "--jobs", 1, "--engine", "plain-pocketsphinx", "--html", page)
-    code, out, _ = voz(*given)
+    code, out, _ = evaluate(*given)
     assert code == 0
     assert "right and accepted" in out
     assert page.read_text().count("<audio") == 1
-    code, out, err = voz(*given[:-1], "-")
+    code, out, err = evaluate(*given[:-1], "-")
     assert (code, out.count("<audio"), err) == (0, 1, "")
     assert out.startswith("<!DOCTYPE html>")
 
 
 @pytest.mark.slow
-def test_a_stream_is_scored_by_what_is_heard_in_its_stretches(voz: Call, tmp_path: Path) -> None:
+def test_a_stream_is_scored_by_what_is_heard_in_its_stretches(
+    evaluate: Call, tmp_path: Path
+) -> None:
     session = FIXTURES / "long" / "session.wav"
     lines = [
         "path\tstart\tend\ttext\tspeaker\tkind\tcondition",
@@ -122,7 +128,7 @@ def test_a_stream_is_scored_by_what_is_heard_in_its_stretches(voz: Call, tmp_pat
     ]
     path = tmp_path / "stream.tsv"
     path.write_text("\n".join(lines) + "\n")
-    code, out, err = voz(path, "--jobs", 1, "--json", "-")
+    code, out, err = evaluate(path, "--jobs", 1, "--json", "-")
     assert (code, err) == (0, "")
     found = json.loads(out)
     results = {result["condition"]: result for result in found["results"]}
@@ -141,20 +147,20 @@ def test_a_stream_is_scored_by_what_is_heard_in_its_stretches(voz: Call, tmp_pat
     assert alarms["rate"]["alarms"] == len(rest)
 
 
-def test_an_unreadable_stream_is_told_once(voz: Call, tmp_path: Path) -> None:
+def test_an_unreadable_stream_is_told_once(evaluate: Call, tmp_path: Path) -> None:
     path = tmp_path / "stream.tsv"
     rows = [f"none.wav\t{n}\t{n + 1}\tstop\tme\tcommand" for n in range(5)]
     path.write_text("\n".join(["path\tstart\tend\ttext\tspeaker\tkind", *rows, ""]))
-    code, _, err = voz(path, "--jobs", 1, "--engine", "plain-pocketsphinx")
+    code, _, err = evaluate(path, "--jobs", 1, "--engine", "plain-pocketsphinx")
     assert code == 3
     (line,) = err.splitlines()
     assert "none.wav: there is no such file" in line
 
 
-def test_an_engine_has_its_old_name_too(voz: Call, tmp_path: Path) -> None:
+def test_an_engine_has_its_old_name_too(evaluate: Call, tmp_path: Path) -> None:
     path = tmp_path / "stream.tsv"
     path.write_text("path\ttext\tspeaker\tkind\nnone.wav\tstop\tme\tcommand\n")
-    _, _, err = voz(path, "--jobs", 1, "--engine", "first-ear")
+    _, _, err = evaluate(path, "--jobs", 1, "--engine", "first-ear")
     assert err.splitlines()[0] == "warning: --engine first-ear is called without-network"
 
 
@@ -180,8 +186,8 @@ def test_an_engine_has_its_old_name_too(voz: Call, tmp_path: Path) -> None:
         (["audio_fixtures/manifest.tsv", "--engine", "magic", "--jobs", "1"], "magic"),
     ],
 )
-def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz: Call) -> None:
-    code, out, err = voz(*arguments)
+def test_a_wrong_call_is_one_line(arguments: list[str], said: str, evaluate: Call) -> None:
+    code, out, err = evaluate(*arguments)
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert said in line
@@ -189,7 +195,7 @@ def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz: Call) ->
 
 @pytest.mark.parametrize("option", ["--json", "--html"])
 def test_no_result_takes_the_place_of_what_it_comes_from(
-    option: str, voz: Call, tmp_path: Path
+    option: str, evaluate: Call, tmp_path: Path
 ) -> None:
     clip, lists = tmp_path / "a.wav", tmp_path / "list.tsv"
     shutil.copy(GO_BACK, clip)
@@ -198,7 +204,7 @@ def test_no_result_takes_the_place_of_what_it_comes_from(
     before = lists.read_bytes(), clip.read_bytes()
     arguments = [lists, "--snr", "10", "--noise", GO_BACK, "--jobs", "1"]
     for result in (lists, tmp_path / "other", clip):
-        code, out, err = voz(*arguments, option, result)
+        code, out, err = evaluate(*arguments, option, result)
         assert (code, out) == (2, "")
         assert err.startswith(f"voz: {result}: is read ")
     assert (lists.read_bytes(), clip.read_bytes()) == before
@@ -206,36 +212,36 @@ def test_no_result_takes_the_place_of_what_it_comes_from(
 
 @pytest.mark.parametrize("option", ["--json", "--html"])
 def test_an_evaluation_that_is_there_is_replaced_only_if_asked(
-    option: str, voz: Call, tmp_path: Path
+    option: str, evaluate: Call, tmp_path: Path
 ) -> None:
     lists, kept = tmp_path / "list.tsv", tmp_path / "kept"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
     kept.write_text("mine")
     given = (lists, "--jobs", 1, "--engine", "plain-pocketsphinx", option, kept)
-    code, _, err = voz(*given)
+    code, _, err = evaluate(*given)
     assert (code, kept.read_text()) == (2, "mine")
     assert err == (
         f"voz: {kept}: is there already; replace it by --overwrite, or name another file\n"
     )
-    assert voz(*given, "--overwrite")[0] == 0
+    assert evaluate(*given, "--overwrite")[0] == 0
     assert kept.read_text() != "mine"
 
 
-def test_a_model_that_is_there_is_replaced_only_if_asked(tmp_path: Path) -> None:
+def test_a_model_that_is_there_is_replaced_only_if_asked(voz: Voz, tmp_path: Path) -> None:
     lists, model = tmp_path / "list.tsv", tmp_path / "mine.json"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
-    assert "--out" in in_process("fit-confidence", lists).complaint
+    assert "--out" in voz("fit-confidence", lists).complaint
     model.write_text("mine")
     given = ("fit-confidence", lists, "--out", model)
-    assert f"{model}: is there already" in in_process(*given).complaint
-    assert "more recordings of the kind talk" in in_process(*given, "--overwrite").complaint
+    assert f"{model}: is there already" in voz(*given).complaint
+    assert "more recordings of the kind talk" in voz(*given, "--overwrite").complaint
 
 
-def test_no_model_takes_the_place_of_what_it_is_made_from(tmp_path: Path) -> None:
+def test_no_model_takes_the_place_of_what_it_is_made_from(voz: Voz, tmp_path: Path) -> None:
     lists = tmp_path / "list.tsv"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
     before = lists.read_bytes()
-    result = in_process("fit-confidence", lists, "--out", lists)
+    result = voz("fit-confidence", lists, "--out", lists)
     assert (result.code, result.out) == (2, "")
     assert result.complaint.startswith(f"voz: {lists}: is read ")
     assert lists.read_bytes() == before
@@ -251,16 +257,16 @@ def own_model(tmp_path: Path) -> Path:
     return tmp_path / "mine.json"
 
 
-def test_the_settings_name_the_model_that_judges(own_model: Path) -> None:
+def test_the_settings_name_the_model_that_judges(voz: Voz, inline: None, own_model: Path) -> None:
     decode = ("decode", "--json", GO_BACK, "--config", "voz.toml")
-    (heard,) = in_process(*decode, cwd=own_model.parent).json
+    (heard,) = voz(*decode, cwd=own_model.parent).json
     assert (heard["text"], heard["accepted"], heard["confidence"]) == ("go back", False, 0.0)
     (own_model.parent / "voz.toml").write_text('[recognition]\nconfidence = ""\n')
-    (heard,) = in_process(*decode, cwd=own_model.parent).json
+    (heard,) = voz(*decode, cwd=own_model.parent).json
     assert heard["accepted"]
 
 
-def test_the_settings_name_the_network_that_hears(tmp_path: Path) -> None:
+def test_the_settings_name_the_network_that_hears(voz: Voz, inline: None, tmp_path: Path) -> None:
     weights, description, _ = read_network(DEFAULT_NETWORK)
     only_blanks = np.eye(len(description.symbols))[-1] * 90
     deaf = {**weights, "last.bias": weights["last.bias"] + only_blanks}
@@ -271,7 +277,7 @@ def test_the_settings_name_the_network_that_hears(tmp_path: Path) -> None:
         settings.write_text(f"[recognition]\n{line}\n")
         results = tmp_path / f"{number}.jsonl"
         decode = ("decode", GO_BACK, "--config", "voz.toml", "--out", results)
-        assert in_process(*decode, cwd=tmp_path).code == 0
+        assert voz(*decode, cwd=tmp_path).code == 0
         (heard,) = map(json.loads, results.read_text().splitlines())
         made_by.append(heard["header"]["models"])
         accepted.append(heard["accepted"])
@@ -279,18 +285,18 @@ def test_the_settings_name_the_network_that_hears(tmp_path: Path) -> None:
     assert made_by[0] == made_by[1] != made_by[2]
 
 
-def test_a_network_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
+def test_a_network_that_cannot_be_used_is_one_line(voz: Voz, tmp_path: Path) -> None:
     (tmp_path / "bad.npz").write_bytes(DEFAULT_NETWORK.read_bytes()[:-9])
     (tmp_path / "voz.toml").write_text('[recognition]\nnetwork = "bad.npz"\n')
     for arguments in (("decode", GO_BACK), ("doctor",), ("run", "--wav", GO_BACK)):
-        result = in_process(*arguments, "--config", "voz.toml", cwd=tmp_path)
+        result = voz(*arguments, "--config", "voz.toml", cwd=tmp_path)
         assert "bad.npz: holds no phoneme network" in result.out + result.err
 
 
-def test_no_result_takes_the_place_of_the_model(own_model: Path) -> None:
+def test_no_result_takes_the_place_of_the_model(voz: Voz, own_model: Path) -> None:
     before = own_model.read_bytes()
     arguments = ("run", "--config", "voz.toml", "--wav", GO_BACK, "--events", "mine.json")
-    complaint = in_process(*arguments, cwd=own_model.parent).complaint
+    complaint = voz(*arguments, cwd=own_model.parent).complaint
     assert complaint.startswith("voz: mine.json: is read ")
     assert own_model.read_bytes() == before
 
@@ -306,7 +312,7 @@ def test_no_result_takes_the_place_of_the_model(own_model: Path) -> None:
     ],
 )
 def test_a_model_that_cannot_be_used_is_one_line(
-    damage: Callable[[str], str] | None, said: str, own_model: Path
+    damage: Callable[[str], str] | None, said: str, voz: Voz, own_model: Path
 ) -> None:
     if damage:
         own_model.write_text(damage(own_model.read_text()))
@@ -314,7 +320,7 @@ def test_a_model_that_cannot_be_used_is_one_line(
         own_model.unlink()
     calls = [("decode", GO_BACK), ("eval", FIXTURES / "manifest.tsv", "--jobs", "1")]
     for call in calls:
-        result = in_process(*call, "--config", "voz.toml", cwd=own_model.parent)
+        result = voz(*call, "--config", "voz.toml", cwd=own_model.parent)
         assert result.out == ""
         assert result.complaint.startswith("voz: mine.json: ")
         assert said in result.complaint
@@ -323,11 +329,11 @@ def test_a_model_that_cannot_be_used_is_one_line(
 
 @pytest.mark.slow
 def test_a_full_disk_is_one_line_and_the_figures_were_shown(
-    voz: Call, manifest: Path, tmp_path: Path
+    evaluate: Call, manifest: Path, tmp_path: Path
 ) -> None:
     arguments = [manifest, "--engine", "plain-pocketsphinx", "--jobs", "1"]
     for option in ("--json", "--html"):
-        code, out, err = voz(*arguments, option, "/dev/full")
+        code, out, err = evaluate(*arguments, option, "/dev/full")
         assert code == 2
         assert "right and accepted" in out
         assert err == "voz: /dev/full: cannot be written (No space left on device)\n"
@@ -355,7 +361,7 @@ def test_ctrl_c_ends_all_processes_without_a_word_and_leaves_old_results(tmp_pat
         while not started.exists():
             time.sleep(0.02)
         os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out) == (130, "")
     assert "Traceback" not in err
     assert (data.read_text(), page.read_text()) == ('{"results":[]}', "old page")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import random
 import re
 import shutil
 import signal
@@ -19,8 +20,6 @@ import numpy as np
 import pytest
 import soundfile
 from calls import VOZ, Result, in_process
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from programs import wait_until
 from recordings import FIXTURES
 
@@ -116,24 +115,22 @@ def going_on(
         last.unlink()  # the other tests have the same folder
 
 
-@settings(max_examples=4)
-@given(moments=st.lists(st.floats(0.2, 1.5), min_size=1, max_size=2))
 def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
-    folder: Path, known: dict[str, bytes], moments: list[float]
+    decode: Decode, folder: Path, known: dict[str, bytes], tmp_path: Path
 ) -> None:
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "heard.jsonl"
-        for moment in moments:
-            with begun(out, folder, "--resume") as program:
-                timer = threading.Timer(moment, program.kill)
-                timer.start()
-                program.communicate()
-                timer.cancel()
-        result = by_process(out, folder, "--resume")
-        assert result.code == 3
-        assert out.read_bytes() == known[".jsonl"]
-        left = sorted(path.name for path in Path(place).iterdir())
-        assert left == [out.name, f"{out.name}.recordings"]
+    out = tmp_path / "heard.jsonl"
+    moments = random.Random(1)
+    for longest in (0.5, 1.0, 1.5, 2.0):
+        with begun(out, folder, "--resume") as program:
+            timer = threading.Timer(moments.uniform(0.2, longest), program.kill)
+            timer.start()
+            program.communicate()
+            timer.cancel()
+    result = decode(out, folder, "--resume")
+    assert result.code == 3
+    assert out.read_bytes() == known[".jsonl"]
+    left = sorted(path.name for path in tmp_path.iterdir())
+    assert left == [out.name, f"{out.name}.recordings"]
 
 
 def test_ctrl_c_says_how_to_go_on(

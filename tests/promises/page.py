@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import selectors
 import struct
-import time
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -24,18 +25,64 @@ HEADER = struct.Struct("<IId")
 
 PAGE_BLOCK_SECONDS = 0.02
 
-TURNS = 4
-"""Of the event loop at a step: an answer takes some."""
-
 CLIENT = ("127.0.0.1", 50_000)
 
 
 class NoSockets(selectors.SelectSelector):
-    """Of an event loop without sockets: nothing is ever to be read, and no system call asks."""
+    """Of an event loop without sockets: nothing is ever to be read, and no system call asks.
+
+    Attributes:
+        rest: called with how long the loop has nothing to do, s; None if there is no timer.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rest: Callable[[float | None], None] | None = None
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         """Return nothing at once."""
+        if timeout != 0 and self.rest:
+            self.rest(timeout)
         return []
+
+
+class SteppedLoop(asyncio.SelectorEventLoop):
+    """An event loop that goes on as a stepped time does, and waits for nothing."""
+
+    def __init__(self) -> None:
+        self.due = 0.0  # the time from which there is something to do, s
+        self._nothing = NoSockets()
+        super().__init__(self._nothing)
+
+    def call_soon(self, *what: Any, **how: Any) -> asyncio.Handle:
+        """Do something at the next step."""
+        self.due = 0.0
+        return super().call_soon(*what, **how)
+
+    def call_at(self, when: float, *what: Any, **how: Any) -> asyncio.TimerHandle:
+        """Do something at the step of a time, s."""
+        self.due = min(self.due, when)
+        return super().call_at(when, *what, **how)
+
+    def call_soon_threadsafe(self, *what: Any, **how: Any) -> asyncio.Handle:
+        """Do something that another thread asks for at the next step."""
+        handle = super().call_soon_threadsafe(*what, **how)
+        self.due = 0.0
+        return handle
+
+    def step(self) -> None:
+        """Do all that is to be done by now."""
+        if self.is_closed() or self.due > self.time():
+            return
+        self._nothing.rest = self._rest
+        try:
+            self.run_forever()
+        finally:
+            self._nothing.rest = None
+
+    def _rest(self, seconds: float | None) -> None:
+        self.due = math.inf if seconds is None else self.time() + seconds
+        self.stop()
 
 
 class Server:
@@ -45,7 +92,7 @@ class Server:
     access = AccessControl(())
 
     def __init__(self) -> None:
-        self._loop = asyncio.SelectorEventLoop(NoSockets())
+        self._loop = SteppedLoop()
         self._tasks: list[asyncio.Task[Any]] = []
         self._app: ASGIApp | None = None
 
@@ -67,15 +114,7 @@ class Server:
 
     def step(self) -> None:
         """Let what waits on the event loop go on."""
-        if not self._loop.is_closed():
-            self._loop.call_soon(self._turn, TURNS)
-            self._loop.run_forever()
-
-    def _turn(self, left: int) -> None:
-        if left == 1:
-            self._loop.stop()
-        else:
-            self._loop.call_soon(self._turn, left - 1)
+        self._loop.step()
 
     def start(self, work: Any) -> asyncio.Task[Any]:
         """Begin some work on the event loop."""
@@ -278,12 +317,15 @@ class FollowedMicrophone(BrowserMicrophone):
     def __init__(self, warn: Callable[[str], None]) -> None:
         super().__init__(warn)
         self.over = False
+        self._changed = threading.Condition()
         self._given = 0  # blocks and ends of streams
         self._heard = 0
         self._taken = False
 
     def __next__(self) -> Samples:
-        self._heard += self._taken  # whoever asks for the next one has heard that before
+        with self._changed:
+            self._heard += self._taken  # whoever asks for the next one has heard that before
+            self._changed.notify()
         self._taken = True
         while not len(block := super().__next__()) and not self.over:
             pass
@@ -295,7 +337,6 @@ class FollowedMicrophone(BrowserMicrophone):
 
     def wait(self) -> None:
         """Wait until all was heard."""
-        until = time.perf_counter() + WORKED
-        while self._heard < self._given:
-            assert time.perf_counter() < until, "the thread that hears has died"
-            time.sleep(0.0002)
+        with self._changed:
+            all_heard = self._changed.wait_for(lambda: self._heard >= self._given, WORKED)
+        assert all_heard, "the thread that hears has died"

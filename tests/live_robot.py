@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from calls import VOZ
+from programs import PATIENCE
 
 AT_REST = (0.0, 0.0)
 
@@ -41,6 +42,7 @@ class LiveRobot:
 
     def __init__(self, environment: dict[str, str], arguments: list[str], before: str) -> None:
         *python, program = VOZ
+        self.begun = time.monotonic()
         self.process = subprocess.Popen(
             [*python, before + program, "run", "--events", "-", *arguments],
             env=environment,
@@ -75,7 +77,7 @@ class LiveRobot:
         self.process.stdin.flush()
 
     def wait_for(
-        self, sought: Callable[[dict[str, Any]], bool], since: int = 0, seconds: float = 30
+        self, sought: Callable[[dict[str, Any]], bool], since: int = 0, seconds: float = PATIENCE
     ) -> Arrived:
         """Wait for an event; `since` leaves out those before it."""
         deadline = time.monotonic() + seconds
@@ -100,7 +102,7 @@ class LiveRobot:
         """What it heard and obeyed so far."""
         return [event["text"] for event in self.of("utterance") if event["obeyed"]]
 
-    def end(self, number: int = signal.SIGTERM, seconds: float = 20) -> int:
+    def end(self, number: int = signal.SIGTERM, seconds: float = PATIENCE) -> int:
         """End it by a signal; gives its exit code when all its events are there."""
         self.process.send_signal(number)
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from threading import Event
 
 import httpx
@@ -43,8 +42,7 @@ def test_it_ends_with_its_block_and_frees_its_address() -> None:
         with pytest.raises(ConfigError, match="choose another"):
             open_page_socket("127.0.0.1", port)
         with running_server(Starlette(), at, None, list, lambda _: None):
-            begun = time.monotonic()
-    assert time.monotonic() - begun < 30
+            pass
     open_page_socket("127.0.0.1", port).close()
 
 

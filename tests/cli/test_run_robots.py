@@ -9,17 +9,20 @@ import pty
 import re
 import select
 import signal
+import struct
 import subprocess
 import sys
+import termios
 import time
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from calls import VOZ, Result, in_process
+from programs import PATIENCE
 from recordings import ROOT, Recording
 
 MOVES = ("cmd_vel", "selected_object")
@@ -340,24 +343,32 @@ def type_line(process: subprocess.Popen[str], line: str) -> None:
 
 
 def wait_for(reached: Callable[[], bool], process: subprocess.Popen[str]) -> None:
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + PATIENCE
     while not reached():
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.02)
 
 
+def unread(pipe: IO[str]) -> int:
+    """How many bytes nobody has read yet."""
+    (count,) = struct.unpack("i", fcntl.ioctl(pipe, termios.FIONREAD, bytes(4)))
+    return int(count)
+
+
 @pytest.mark.realtime
 def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot, "--events", "-") as process:
         assert process.stdout
-        fcntl.fcntl(process.stdout, fcntl.F_SETPIPE_SZ, 4096)
-        full = 4096 // len('{"type":"cmd_vel","t":0.1,"linear":0.1,"angular":0.0}')
-        wait_for(lambda: len(serial_robot.read_text().splitlines()) > full + 5, process)
+        size = fcntl.fcntl(process.stdout, fcntl.F_SETPIPE_SZ, 4096)
+        type_line(process, "what is all this\n" * (size // len("what is all this")))
+        wait_for(lambda: unread(process.stdout) > size - 500, process)
+        before = len(serial_robot.read_text().splitlines())
+        wait_for(lambda: len(serial_robot.read_text().splitlines()) > before + 10, process)
         type_line(process, "stop")
         wait_for(lambda: serial_robot.read_text().endswith("0.00 0.00\n"), process)
         process.send_signal(signal.SIGTERM)
-        assert process.wait(20) == 143
+        assert process.wait(PATIENCE) == 143
 
 
 @pytest.mark.realtime
@@ -365,7 +376,7 @@ def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Seri
     with driven_by_text(serial_robot) as process:
         assert process.stderr
         process.send_signal(signal.SIGTERM)
-        assert process.wait(20) == 143
+        assert process.wait(PATIENCE) == 143
         assert process.stderr.read() == ""
     assert serial_robot.read_text().splitlines()[-1] == "0.00 0.00"
 

@@ -15,7 +15,7 @@ import pytest
 from calls import VOZ, in_process
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
-from programs import Program, wait_until
+from programs import PATIENCE, Program, wait_until
 
 from voz.apps.doctor.base_stop_check import MeasuredMotion
 from voz.apps.doctor.ros2_base import Ros2Base
@@ -77,8 +77,9 @@ def test_a_base_that_drives_on_is_told_of_and_hears_zero_last(
     base.wait_for(lambda line: line["angular"] == 0)
 
 
-def test_without_a_base_nobody_listens_and_nothing_is_driven() -> None:
-    found = findings(*DRIVE)
+def test_without_a_base_nobody_listens_and_nothing_is_driven(tmp_path: Path) -> None:
+    (settings := tmp_path / "voz.toml").write_text("[ros2]\nwait = 0.2\n")
+    found = findings(*DRIVE, "--config", str(settings))
     assert found["ROS 2 /cmd_vel"]["told"] == "nobody listens"
     assert found[BASE]["told"] == "nobody listens to /cmd_vel"
 
@@ -103,7 +104,7 @@ def test_ctrl_c_while_it_drives_ends_it_with_zero(start: Callable[[float], Progr
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         base.wait_for(lambda line: line["angular"] == 0.2)
         process.send_signal(signal.SIGINT)
-        _, complaint = process.communicate(timeout=30)
+        _, complaint = process.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + signal.SIGINT
     assert complaint == b""
     base.wait_for(lambda line: line["angular"] == 0)

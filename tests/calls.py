@@ -10,6 +10,9 @@ from typing import Any
 VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())"]
 """The command in a process of its own."""
 
+HANGS = 600.0
+"""Whatever has not ended by then hangs, s: on a busy machine a start alone takes many seconds."""
+
 
 class Result:
     def __init__(self, code: int, out: str, err: str) -> None:
@@ -30,5 +33,5 @@ class Result:
 
 def in_process(*arguments: object, **options: Any) -> Result:
     command = [*VOZ, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, **options)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=HANGS, **options)
     return Result(done.returncode, done.stdout, done.stderr)

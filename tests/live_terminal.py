@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from calls import VOZ
+from programs import PATIENCE
 
 ROWS, COLUMNS = 30, 100
 
@@ -116,13 +117,13 @@ class Terminal:
         return found[0]
 
     def wait_to_see(self, text: str) -> None:
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while text not in COLOR.sub("", self.look()):
             assert time.monotonic() < deadline, self.look()
 
     def end(self) -> int:
         """Wait until the program has ended; what it still shows is taken from it."""
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while self.process.poll() is None:
             assert time.monotonic() < deadline
             self.look()

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 import numpy.typing as npt
 import pytest
+from programs import PATIENCE
 
 from voz.audio import portaudio
 
@@ -46,7 +47,7 @@ class Recorder:
     def pass_by(self, seconds: float) -> Heard:
         """Let so much more be heard, and give it."""
         before = len(self.heard())
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while len(self.heard()) < before + seconds * RATE:
             assert time.monotonic() < deadline, "nothing is recorded"
             time.sleep(0.01)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from programs import PATIENCE
 
 # Without norewinds the first 1.4 to 2 s of a capture never arrive.
 SINK = "load-module module-null-sink rate=16000 channels=1 format=s16le norewinds=1 sink_name="
@@ -120,7 +121,7 @@ def playing_on(environment: dict[str, str], raw: Path) -> Iterator[subprocess.Po
 
 
 def wait_for_server(environment: dict[str, str]) -> None:
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE
     while subprocess.run(["pactl", "info"], env=environment, capture_output=True).returncode:
         assert time.monotonic() < deadline, "pulseaudio did not start"
         time.sleep(0.05)

@@ -12,6 +12,7 @@ from functools import partial
 from threading import Thread
 
 import pytest
+from programs import PATIENCE
 from recordings import FIXTURES
 
 import voz
@@ -197,7 +198,7 @@ def test_a_microphone_drives_a_robot(pulse: dict[str, str]) -> None:
             speak_until(pulse, text, lambda wanted=velocity: lines[-1] == wanted)
         assert "0.05 0" in lines
         process.terminate()
-        assert process.wait(30) == 0
+        assert process.wait(PATIENCE) == 0
         reader.join(30)
     assert lines[-1] == "ended"
 
@@ -219,7 +220,7 @@ def speak_until(pulse: dict[str, str], text: str, done: Callable[[], bool]) -> N
             wait_until(done, 3)
 
 
-def wait_until(done: Callable[[], bool], seconds: float = 30) -> None:
+def wait_until(done: Callable[[], bool], seconds: float = PATIENCE) -> None:
     deadline = time.monotonic() + seconds
     while not done():
         if time.monotonic() > deadline:

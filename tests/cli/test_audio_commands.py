@@ -16,6 +16,7 @@ import pytest
 import soundfile
 from calls import VOZ, in_process
 from loudspeaker import at_16_khz, best, is_silent, likeness, recording
+from programs import PATIENCE
 from recordings import GO_BACK
 
 from voz.audio import SAMPLE_RATE
@@ -269,7 +270,7 @@ def test_a_sound_that_repeats_ends_by_ctrl_c(pulse: dict[str, str]) -> None:
         assert not is_silent(recorder.pass_by(1))
         assert not is_silent(recorder.pass_by(1))
         program.send_signal(signal.SIGINT)
-        assert program.wait(timeout=20) == 128 + signal.SIGINT
+        assert program.wait(timeout=PATIENCE) == 128 + signal.SIGINT
         recorder.pass_by(0.2)
         assert is_silent(recorder.pass_by(1))
 
@@ -304,5 +305,5 @@ def test_a_sound_that_repeats_waits_for_a_loudspeaker(no_sound: dict[str, str]) 
         assert program.stderr is not None
         assert program.stderr.readline() == f"warning: {NO_LOUDSPEAKER}\n"
         program.send_signal(signal.SIGTERM)
-        assert program.wait(timeout=20) == 128 + signal.SIGTERM
+        assert program.wait(timeout=PATIENCE) == 128 + signal.SIGTERM
         assert program.stderr.read() == ""

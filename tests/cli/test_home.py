@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from calls import HANGS
 from recordings import GO_BACK, ROOT
 
 NOBODY = """
@@ -28,7 +29,7 @@ def called(code: str, *arguments: object, **environment: str) -> subprocess.Comp
         [sys.executable, "-c", code, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGS,
         cwd=ROOT,
         env=given | environment,
     )

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from calls import VOZ
+from calls import HANGS, VOZ
 from recordings import GO_BACK, ROOT
 
 ALL_CLOSED = "<&- >&- 2>&-"
@@ -48,7 +48,7 @@ def called(redirection: str, arguments: list[object]) -> subprocess.CompletedPro
         text=True,
         stdin=subprocess.DEVNULL,
         cwd=ROOT,
-        timeout=60,
+        timeout=HANGS,
     )
 
 

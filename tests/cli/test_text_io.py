@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import VOZ
+from calls import HANGS, VOZ
 from recordings import GO_BACK, ROOT
 
 from voz.cli.text_io import event_log
@@ -47,7 +47,7 @@ def called(
         [*VOZ, *arguments],
         input=stdin,
         capture_output=True,
-        timeout=60,
+        timeout=HANGS,
         cwd=ROOT,
         env=os.environ | environment,
     )

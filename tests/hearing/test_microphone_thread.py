@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from live_robot import speak
+from programs import PATIENCE
 from pulseaudio import running_server
 from recordings import GO_BACK
 
@@ -93,7 +94,7 @@ class Listener:
 
     def until(self, sought: Callable[[dict[str, Any]], bool], line: str = "look") -> dict[str, Any]:
         """Ask again and again until an answer is as it is sought."""
-        deadline = time.monotonic() + 40
+        deadline = time.monotonic() + PATIENCE
         while not sought(answer := self.ask(line)):
             assert time.monotonic() < deadline, (answer, self.heard)
             time.sleep(0.05)

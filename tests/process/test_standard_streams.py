@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from programs import PATIENCE
 
 from voz.process.standard_streams import MAX_QUEUED_TEXTS, UnblockedStream
 
@@ -30,7 +31,7 @@ def started(lines: int, then: str = "", **outputs: int) -> subprocess.Popen[str]
 
 def test_all_is_written_in_order_before_the_block_is_left() -> None:
     with started(200, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as program:
-        out, err = program.communicate(timeout=30)
+        out, err = program.communicate(timeout=PATIENCE)
     assert out.splitlines() == [*(f"line {n} \N{SNOWMAN}" for n in range(200)), "after"]
     assert err.splitlines() == [f"error {n}" for n in range(200)]
 
@@ -40,7 +41,7 @@ def test_who_writes_to_what_nobody_reads_does_not_wait_and_ends(then: str, code:
     with started(
         MAX_QUEUED_TEXTS * 2, then, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as program:  # which fills the pipe
-        assert program.wait(30) == code
+        assert program.wait(PATIENCE) == code
 
 
 def test_what_a_terminal_cannot_show_is_escaped() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from calls import in_process
-from programs import wait_until
+from programs import PATIENCE, wait_until
 from recordings import ROOT
 
 from voz.config import Config, load_config
@@ -249,7 +249,7 @@ def test_each_gets_the_last_event_before_it_is_closed() -> None:
 
 
 def test_all_close_side_by_side() -> None:
-    together = threading.Barrier(2, timeout=10)
+    together = threading.Barrier(2, timeout=PATIENCE)
     hung: list[str] = []
 
     class Leaving(Kept):

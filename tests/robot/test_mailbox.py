@@ -20,7 +20,7 @@ from calls import in_process
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
-from programs import wait_until
+from programs import PATIENCE, wait_until
 
 from voz.errors import RobotError
 from voz.events import Event, Reply, SelectedObject, Twist
@@ -184,7 +184,7 @@ class Recorder(Robot):
         self.closed += 1
 
 
-def until(condition: Callable[[], object], seconds: float = 30) -> None:
+def until(condition: Callable[[], object], seconds: float = PATIENCE) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline
@@ -200,7 +200,7 @@ class Blocking(Recorder):
 
     def _wait(self, _: Event) -> None:
         self.begun.set()
-        assert self.free.wait(30)
+        assert self.free.wait(PATIENCE)
 
     def __enter__(self) -> Blocking:
         return self
@@ -212,7 +212,7 @@ class Blocking(Recorder):
 def block_with_velocity(robot: Blocking, box: Mailbox, clock: Clock) -> None:
     """Let a robot take a velocity, and no end of that until it is lost."""
     box.receive(Twist(0, 0.1, 0))
-    assert robot.begun.wait(30)
+    assert robot.begun.wait(PATIENCE)
     clock.now += EVENT_TIMEOUT
     assert box.lost() is None
     clock.now += 0.01

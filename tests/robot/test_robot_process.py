@@ -15,7 +15,7 @@ import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from programs import is_alive, wait_until
+from programs import PATIENCE, is_alive, wait_until
 
 from voz.errors import RobotError
 from voz.events import Event, Reply, Twist, Utterance, to_json
@@ -341,7 +341,7 @@ def test_a_run_that_ends_while_its_robot_opens_leaves_it_closed_without_a_word(
         wait_until(Path("log").exists)
         link.close()
         Path("go").write_text(fault)
-        printed, _ = program.communicate(timeout=20)
+        printed, _ = program.communicate(timeout=PATIENCE)
     assert (printed, program.returncode) == ("opened\n", 0)
     assert set(velocities()) == still
     assert got()[-1:] == ["closed"] * bool(still)

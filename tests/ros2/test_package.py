@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from programs import Program
+from programs import PATIENCE, Program
 from recordings import ROOT
 
 pytestmark = pytest.mark.slow
@@ -84,7 +84,7 @@ def test_its_program_drives_a_base(
     base.wait_for(lambda line: line.get("linear") == 0.1)
     voz.process.terminate()
     base.wait_for(lambda line: line.get("linear") == 0)
-    assert voz.process.wait(30) == 128 + 15
+    assert voz.process.wait(PATIENCE) == 128 + 15
     voz.close()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+from programs import PATIENCE
 
 from voz.control.messages import End
 from voz.errors import ConfigError
@@ -60,7 +61,7 @@ def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     told: list[Notice | End] = []
     with QueuedReceiver("log", log.opening(), told.append) as receive:
         receive(twist(0))
-        assert log.begun.wait(10)  # that one is stuck, and the others wait
+        assert log.begun.wait(PATIENCE)  # that one is stuck, and the others wait
         for number in range(1, MAX_QUEUED_EVENTS + 3):
             receive(twist(number))
         text = "log: cannot be written fast enough; events are missing"
@@ -75,7 +76,7 @@ def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
     queued = QueuedReceiver("log", log.opening(), told.put)
     receive = queued.__enter__()
     receive(twist(0))
-    end = told.get(timeout=10)
+    end = told.get(timeout=PATIENCE)
     assert isinstance(end, End)
     assert "No space left" in str(end.error)
     for number in range(MAX_QUEUED_EVENTS + 3):
@@ -90,7 +91,7 @@ def test_an_error_that_ended_the_run_is_not_hidden_by_another_at_its_end() -> No
     told: queue.SimpleQueue[Notice | End] = queue.SimpleQueue()
     queued = QueuedReceiver("log", log.opening(), told.put)
     queued.__enter__()(twist(0))
-    told.get(timeout=10)
+    told.get(timeout=PATIENCE)
     queued.__exit__(RuntimeError, RuntimeError(), None)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, place_of
-from programs import wait_until
+from programs import PATIENCE, wait_until
 
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
@@ -66,12 +66,12 @@ def place_in(samples: np.ndarray, text: str) -> float:
 
 @pytest.mark.slow
 def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Recorder) -> None:
+    one, _ = (cached_speech(text, KAL) for text in ("one", "twelve"))  # so that neither is late
     warned: list[str] = []
     with ReplySpeaker(KAL, warn=warned.append) as speaker:
         speaker.say("one")
         speaker.say("twelve")
     samples, _ = speaker.mixer.recent(5)
-    one = cached_speech("one", KAL)
     assert place_in(samples, "twelve") - place_in(samples, "one") > 0.3
     assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, PLAYBACK_RATE)).max() + 0.5
     assert warned == []
@@ -101,10 +101,7 @@ def test_what_is_queued_is_forgotten_when_it_is_interrupted(gate: Gate) -> None:
 def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
     warned: list[str] = []
     speaker = ReplySpeaker(KAL, REPLIES, warned.append)
-    deadline = time.monotonic() + 20
-    while not all(is_cached(reply, KAL) for reply in REPLIES):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_until(lambda: all(is_cached(reply, KAL) for reply in REPLIES))
     speaker.close()
     assert warned == []
 
@@ -115,11 +112,9 @@ def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     monkeypatch.setattr(synthesis, "FESTIVAL_TIMEOUT", 60.0)
     warned: list[str] = []
     speaker = ReplySpeaker(KAL, REPLIES, warned.append)
-    deadline = time.monotonic() + 20
-    while not slow_festival.exists():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    speaker.close(timeout=30)
+    deadline = time.monotonic() + PATIENCE
+    wait_until(slow_festival.exists)
+    speaker.close(timeout=PATIENCE)
     assert time.monotonic() < deadline
     wait_for_end(slow_festival)
     assert warned == []
@@ -151,10 +146,7 @@ def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
     speaker = ReplySpeaker(KAL)
     speaker.say("not known")
     speaker.say("known")
-    deadline = time.monotonic() + 20
-    while not child.exists() or speaker.mixer.busy_until() < time.monotonic():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: child.exists() and speaker.mixer.busy_until() >= time.monotonic())
     wait_until(lambda: speaker.mixer.busy_until() < time.monotonic())
     speaker.close(timeout=0)
     place_in(speaker.mixer.recent(5)[0], "known")
@@ -223,15 +215,9 @@ def test_after_closing_nothing_is_said(gate: Gate) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("loudspeaker")
 def test_other_sounds_are_heard_beside_the_replies() -> None:
-    def level(wanted: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + 20
-        while not wanted():
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-
     with ReplySpeaker(KAL) as speaker:
         speaker.client.start(1, 0.3)
-        level(lambda: bool(speaker.mixer.recent(0.5)[0].any()))
+        wait_until(lambda: bool(speaker.mixer.recent(0.5)[0].any()))
         speaker.say("one")
-        level(lambda: bool(np.abs(speaker.mixer.recent(1)[0]).max() > 0.3))
-    level(lambda: speaker.mixer.busy_until() < time.monotonic())
+        wait_until(lambda: bool(np.abs(speaker.mixer.recent(1)[0]).max() > 0.3))
+    wait_until(lambda: speaker.mixer.busy_until() < time.monotonic())

@@ -22,6 +22,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
+from programs import PATIENCE, wait_until
 
 from voz.audio.loudspeaker import Loudspeaker
 from voz.audio.mixer import Mixer
@@ -69,13 +70,6 @@ def goes_on(client: SoundClient) -> bool:
     return mixer_of(client).busy_until() == math.inf
 
 
-def wait_until(happens: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 20
-    while not happens():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
 # Built-in sounds
 
 
@@ -108,7 +102,7 @@ def test_a_sound_that_was_started_goes_on_until_it_is_stopped(
 
 
 def until_something_sounds(client: SoundClient) -> None:
-    until = time.monotonic() + 20
+    until = time.monotonic() + PATIENCE
     while np.abs(mixer_of(client).recent(1)[0]).max() < 0.02:
         assert time.monotonic() < until, "nothing sounds"
         time.sleep(0.01)

@@ -294,5 +294,5 @@ def test_closing_the_terminal_stops_the_robot_and_ends(terminal: Terminal) -> No
     terminal.type("go forward\r")
     terminal.wait_for_velocity(0.1)
     terminal.hang_up()
-    assert terminal.process.wait(20) == 129
+    assert terminal.process.wait(PATIENCE) == 129
     assert terminal.events()[-1]["linear"] == 0

@@ -15,6 +15,7 @@ from calls import VOZ, in_process
 from live_robot import signals_as_a_terminal_has_them
 from msgspec.structs import replace
 from playwright.sync_api import BrowserContext, Page, expect
+from programs import PATIENCE
 from recordings import FIXTURES
 
 from voz.apps.recordings.manifest import MANIFEST_NAME
@@ -136,7 +137,7 @@ def link(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     assert found
     yield found[1]
     process.terminate()
-    assert process.wait(20) == 143
+    assert process.wait(PATIENCE) == 143
     assert process.stderr.read() == ""
     process.stderr.close()
 

@@ -13,7 +13,7 @@ import pytest
 from calls import VOZ
 from live_robot import live_robot, moves, rests, warns
 from live_terminal import Terminal
-from programs import wait_until
+from programs import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -92,7 +92,7 @@ def test_a_terminal_shows_the_simulated_room_beside_what_is_heard(pulse: dict[st
         os.close(theirs)
         os.set_blocking(ours, False)
         shown = ""
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE
         while not ("listening" in shown and any("\u2801" <= each <= "\u28ff" for each in shown)):
             assert process.poll() is None, shown
             assert time.monotonic() < deadline, shown
@@ -101,7 +101,7 @@ def test_a_terminal_shows_the_simulated_room_beside_what_is_heard(pulse: dict[st
             except BlockingIOError:
                 time.sleep(0.05)
         process.send_signal(signal.SIGTERM)
-        assert process.wait(20) == 143
+        assert process.wait(PATIENCE) == 143
     os.close(ours)
 
 

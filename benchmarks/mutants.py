@@ -271,7 +271,7 @@ class Mutated(MetaPathFinder, Loader):
 
 
 def pytest_result(arguments: list[str]) -> int:
-    quick = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:rerunfailures"]
+    quick = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist"]
     return int(pytest.main([*quick, *arguments]))
 
 

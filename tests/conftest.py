@@ -73,20 +73,6 @@ def is_mark(node: ast.Assign) -> bool:
     return ast.unparse(node.targets[0]) == "pytestmark"
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let a test that needs real seconds be tried again, once: a machine may lose some of them."""
-    for item in items:
-        if item.get_closest_marker(REALTIME):
-            item.add_marker(pytest.mark.flaky(reruns=1))
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Show why a test was tried again: the next failure may be the second."""
-    for report in terminalreporter.getreports("rerun"):
-        terminalreporter.write_sep("_", f"tried again: {report.nodeid}")
-        terminalreporter.write_line(report.longreprtext)
-
-
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> OneProcessInRealTime:
     return OneProcessInRealTime(config, log)
 

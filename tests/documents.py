@@ -12,7 +12,8 @@ from make_reference import pages
 from recordings import ROOT
 
 BLOCK = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
-LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+LINK = re.compile(r'(?:\[[^\]]*\]\(|\bsrc(?:set)?=")([^)\s"]+)')
+DESCRIBED = re.compile(r"^::: (\S+)$", re.MULTILINE)
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 INLINE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 
@@ -52,9 +53,10 @@ def generated() -> tuple[Document, ...]:
 
 
 def anchors(text: str) -> set[str]:
-    """The anchors of a page's headings which MkDocs and GitHub both make."""
+    """The anchors of headings which MkDocs and GitHub both make, and those of mkdocstrings."""
     prose = BLOCK.sub("", text)
-    return {slug for heading in HEADING.findall(prose) if (slug := _slug(heading)) is not None}
+    slugs = {slug for heading in HEADING.findall(prose) if (slug := _slug(heading)) is not None}
+    return slugs | set(DESCRIBED.findall(prose))
 
 
 def _slug(heading: str) -> str | None:

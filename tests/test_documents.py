@@ -57,14 +57,22 @@ def test_each_link_leads_somewhere(page: Document) -> None:
     assert list(broken_links(page, pages)) == []
 
 
+def test_each_link_of_the_reference_leads_somewhere() -> None:
+    pages = {each.path: each.text for each in (*written(), *generated())}
+    assert [broken for page in generated() for broken in broken_links(page, pages)] == []
+
+
 def test_a_link_that_leads_nowhere_is_found() -> None:
     page = Document(
-        Path("docs/a.md"), "[a](b.md) [b](start.md#no) [c](start.md) [d](#here)\n# Here"
+        Path("docs/a.md"),
+        "[a](b.md) [b](start.md#no) [c](start.md) [d](#here) [e](#a.B)\n# Here\n::: a.B\n"
+        '<img src="no.png">',
     )
     pages = {each.path: each.text for each in written()} | {page.path: page.text}
     assert list(broken_links(page, pages)) == [
         "docs/a.md: b.md: there is no such file",
         "docs/a.md: start.md#no: there is no such heading",
+        "docs/a.md: no.png: there is no such file",
     ]
 
 
@@ -168,6 +176,20 @@ def test_each_page_can_be_found_from_the_first_one() -> None:
         if page.path.parent == Path("docs") and page.path.name != "index.md":
             assert f" {page.path.name}\n" in navigation
             assert f"]({page.path.name})" in index
+
+
+def test_the_guide_is_in_groups_that_are_seen_at_once() -> None:
+    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
+    guide = navigation.partition("  - Guide:\n")[2].partition("\n  - ")[0]
+    groups = re.split(r"^ {6}- (.+):\n", guide, flags=re.MULTILINE)[1:]
+    headings = re.findall(r"^## (.+)$", (ROOT / "docs" / "index.md").read_text("utf-8"), re.M)
+    assert groups[::2] == headings[:5]
+    assert all(4 <= len(pages.splitlines()) <= 7 for pages in groups[1::2])
+
+
+def test_the_site_has_the_logo_of_the_operator_page() -> None:
+    icon = ROOT / "voz" / "apps" / "web" / "page" / "icon.svg"
+    assert (ROOT / "docs" / "logo.svg").read_bytes() == icon.read_bytes()
 
 
 def test_each_thread_is_told_of_with_its_queue() -> None:

@@ -192,7 +192,7 @@ def _in_words(kind: types.Type) -> str:
     if isinstance(kind, types.VarTupleType):
         return f"list of {_in_words(kind.item_type)}"
     if isinstance(kind, types.StructType):
-        return f"[{kind.cls.__name__.lower()}](#{kind.cls.__name__.lower()})"
+        return f"[{kind.cls.__name__}](api.md#voz.{kind.cls.__name__})"
     return {types.BoolType: "true or false", types.StrType: "text"}.get(type(kind), "table")
 
 

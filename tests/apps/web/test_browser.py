@@ -149,6 +149,24 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
     expect(ear(page)).to_have_text("deaf")
 
 
+@pytest.mark.realtime
+def test_after_a_page_that_was_hands_free_the_next_one_is_not_deaf(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_label("hands-free").check()
+    expect(ear(page)).to_have_text("hearing you")
+    page.close()
+    wait_until(lambda: robot.state["now"]["deaf"])  # sound was to come, and does not
+    page = opened(context, robot.link)
+    expect(page.locator("#driver")).to_have_text("nobody drives")
+    expect(ear(page)).to_have_text("microphone off")
+    drive(page)
+    expect(ear(page)).to_have_text("hold to talk")
+    assert page.complaints == []  # type: ignore[attr-defined]
+
+
 def test_nobody_can_speak_before_the_sound_connection_is_open(
     robot: PageRobot, context: BrowserContext
 ) -> None:

@@ -61,6 +61,8 @@ def test_a_new_user_drives_by_two_touches_and_does_by_a_tap_what_was_not_sure(
     expect(page.locator("#stop-note .keys")).to_be_hidden()
     page.get_by_role("button", name="Drive", exact=True).tap()
     expect(page.locator("#driver")).to_have_text("you drive")
+    first = "Say “start speech” first, or tap a command."
+    expect(page.locator("#heard")).to_have_text(first)
     page.get_by_role("button", name="go forward").tap()
     robot.robot.wait_for(moves)
     assert robot.robot.commands() == ["start speech", "go forward"]

@@ -112,15 +112,10 @@ function show(now) {
   setText("recording", words.recording(now.recording));
   falseAlarms.show(now.alarms);
   document.body.dataset.asleep = String(!now.listening);
-  heard.show(mine, hint(mine, now));
+  heard.show(mine, words.hint(now, mine, wake));
   question.show(now.question, mine);
   showDriver(mine, now, before);
   if (drove && !mine) stoppedDriving(now);
-}
-
-function hint(mine, now) {
-  if (now.driver && !mine) return text("You watch {name}.", { name: translate(now.driver_name) });
-  return mine ? text("Say a command, or tap one.") : text("Touch Drive to begin.");
 }
 
 function showDriver(mine, now, before) {

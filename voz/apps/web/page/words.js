@@ -43,17 +43,29 @@ export function motion({ linear, angular, rehearsing }) {
   return rehearsing ? ["standing", text("REHEARSAL"), text("nothing moves")] : ["standing", text("STANDING"), ""];
 }
 
+// What wakes the robot: its name, the command that begins the listening, or both.
+const wakingWords = ({ asleep, listening }, wake) => [asleep, listening ? "" : wake].filter(Boolean).join(", ");
+
 // Whether somebody is heard, and why not: [kind, word, more].
 export function ear(state, { mine, browserListens, microphoneOn, wake }) {
-  if (state.deaf) return ["deaf", text("deaf"), translate(state.deaf)];
+  const nobodySpeaks = browserListens && !state.driver;
+  if (state.deaf && !nobodySpeaks) return ["deaf", text("deaf"), translate(state.deaf)];
   if (browserListens && !mine) return ["off", state.driver ? text("watching") : text("microphone off"), ""];
   if (state.speaking) return ["waiting", text("robot speaks"), text("hears only stop")];
   if (browserListens && !microphoneOn) return ["off", text("microphone off"), ""];
-  const words = [state.asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
+  const words = wakingWords(state, wake);
   if (words) return ["waiting", text("asleep"), state.talking ? text("hears you: say “{words}”", { words }) : text("say “{words}”", { words })];
   if (!state.listening) return ["off", text("not listening"), ""]; // and nothing of the list begins it
   if (!browserListens) return ["hearing", text("listening"), text("robot's microphone")];
   return state.talking ? ["hearing", text("hearing you"), ""] : ["ready", text("hold to talk"), ""];
+}
+
+// What to do where nothing was heard yet.
+export function hint(state, mine, wake) {
+  if (state.driver && !mine) return text("You watch {name}.", { name: translate(state.driver_name) });
+  if (!mine) return text("Touch Drive to begin.");
+  const words = wakingWords(state, wake);
+  return words ? text("Say “{words}” first, or tap a command.", { words }) : text("Say a command, or tap one.");
 }
 
 // Whether what is said is recorded.

@@ -21,12 +21,13 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_play
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
-from browser_page import drive, ear, opened, tap  # noqa: E402
+from browser_page import SECONDS, drive, ear, opened, tap  # noqa: E402
 from operator_page import PageRobot, page_robot  # noqa: E402
 from operator_page import opened as opened_without_browser  # noqa: E402
+from page_layout import SCREENS as PIXELS  # noqa: E402
 
 ALL = ROOT / "build" / "page"
-SIZES = {"laptop": (1280, 800), "phone": (390, 844)}
+SIZES = ("laptop", "phone")
 SCHEMES = ("light", "dark")
 SCREENS = ("first", "driving", "asleep", "lost", "taken-over")
 COLORS = 128
@@ -43,15 +44,19 @@ SECONDS_AWAY = 4500
 
 
 @contextmanager
-def context(browser: Browser, size: str, scheme: str) -> Iterator[BrowserContext]:
+def context(
+    browser: Browser, size: str, scheme: str, language: str = "en"
+) -> Iterator[BrowserContext]:
     """A browser on a laptop or a phone."""
-    width, height = SIZES[size]
+    width, height = PIXELS[size]
+    phone = size != "laptop"
     made = browser.new_context(
         viewport={"width": width, "height": height},
         color_scheme="dark" if scheme == "dark" else "light",
+        locale=language,
         permissions=["microphone"],
-        is_mobile=size == "phone",
-        has_touch=size == "phone",
+        is_mobile=phone,
+        has_touch=phone,
     )
     yield made
     made.close()
@@ -118,25 +123,33 @@ def keep_in_documents(picture: Image.Image, name: str) -> None:
     flat.save(ROOT / "docs" / f"{name}.png", optimize=True)
 
 
-def main() -> None:
-    """Drive simulated robots by their pages, and draw the pages."""
+@contextmanager
+def drawing() -> Iterator[tuple[Browser, dict[str, str], Path]]:
+    """A browser, an environment without a sound card, and a folder for what is written."""
     ALL.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        config = Path(folder) / "alsa.conf"
+    expect.set_options(timeout=SECONDS)
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        config = Path(name) / "alsa.conf"
         config.write_text("pcm.default { type hw card 99 }")
         browser = playwright.chromium.launch(
             executable_path="/usr/bin/chromium",
             args=["--no-sandbox", "--disable-gpu", "--use-fake-ui-for-media-stream",
                   "--use-fake-device-for-media-stream"],
         )  # fmt: skip
+        yield browser, os.environ | {"ALSA_CONFIG_PATH": str(config)}, Path(name)
+        browser.close()
+
+
+def main() -> None:
+    """Drive simulated robots by their pages, and draw the pages."""
+    with drawing() as (browser, environment, _):
         for size in SIZES:
             for scheme in SCHEMES:
-                with page_robot(os.environ | {"ALSA_CONFIG_PATH": str(config)}) as robot:
+                with page_robot(environment) as robot:
                     draw(browser, robot, size, scheme)
                 driving = Image.open(ALL / f"driving-{size}-{scheme}.png")
                 keep_in_documents(driving, f"page-{size}-{scheme}")
         draw_card(browser)
-        browser.close()
     for scheme in SCHEMES:
         keep_in_documents(sheet(scheme), f"page-screens-{scheme}")
 

@@ -109,14 +109,6 @@ def test_an_unknown_microphone_is_one_line_with_those_that_there_are(
     assert "pulse" in message
 
 
-def test_a_computer_without_microphone_gives_one_line(
-    no_sound: dict[str, str], tmp_path: Path
-) -> None:
-    for device in ("", "3", "mic"):
-        message = error_of(listen(no_sound, tmp_path / "heard.raw", device))
-        assert message == "there is no microphone; connect one and start again\n"
-
-
 @pytest.mark.slow
 def test_a_microphone_that_is_taken_away_is_one_line(
     own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]], tmp_path: Path

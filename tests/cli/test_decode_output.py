@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,9 @@ import soundfile
 from calls import VOZ, Result, in_process
 from programs import wait_until
 from recordings import FIXTURES
+
+from voz.apps.batch.executors import InlineExecutor
+from voz.cli import main
 
 pytestmark = pytest.mark.slow
 
@@ -48,6 +51,18 @@ def by_process(out: Path, folder: Path, *more: object) -> Result:
     return in_process("decode", folder, "--no-network", "--jobs", "1", "--out", out, *more)
 
 
+def decode_here(out: Path, folder: Path, *more: object) -> None:
+    """Decode in this process for all tests of the module."""
+    given = ["decode", folder, "--no-network", "--out", out, *more]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
+        patched.setattr(
+            "voz.apps.batch.batch_decoder.process_executor",
+            lambda setup, _: nullcontext(InlineExecutor(setup)),
+        )
+        assert main([str(each) for each in given]) in (0, 3)
+
+
 @pytest.fixture
 def decode(voz: Decode, inline: None) -> Decode:
     """Decode in this process, which makes the same file: `known` is made by a program."""
@@ -57,15 +72,15 @@ def decode(voz: Decode, inline: None) -> Decode:
 @pytest.fixture(scope="module")
 def known(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """What one run that nobody disturbs makes, by the ending of its name."""
-    outputs = {}
-    for ending in (".jsonl", ".csv", ".parquet"):
-        out = tmp_path_factory.mktemp("known") / f"heard{ending}"
-        result = by_process(out, folder)
-        assert result.code == 3
-        assert f"{COUNT} recordings" in result.err
-        assert "1 recordings with nothing in them, 1 that could not be read" in result.err
-        outputs[ending] = out.read_bytes()
-    return outputs
+    place = tmp_path_factory.mktemp("known")
+    result = by_process(place / "heard.jsonl", folder)
+    assert result.code == 3
+    assert f"{COUNT} recordings" in result.err
+    assert "1 recordings with nothing in them, 1 that could not be read" in result.err
+    for ending in (".csv", ".parquet"):
+        decode_here(place / f"heard{ending}", folder)
+    endings = (".jsonl", ".csv", ".parquet")
+    return {ending: (place / f"heard{ending}").read_bytes() for ending in endings}
 
 
 def begun(out: Path, folder: Path, *more: object) -> subprocess.Popen[str]:
@@ -152,22 +167,10 @@ def test_ctrl_c_says_how_to_go_on(
     assert out.read_bytes() == known[".csv"]
 
 
-def test_two_runs_on_one_output_are_refused(
-    decode: Decode, folder: Path, silence: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "heard.jsonl"
-    with going_on(out, folder, silence) as (program, _):
-        assert "is being written by another run" in decode(out, folder, "--resume").complaint
-        program.send_signal(signal.SIGCONT)
-        program.communicate()
-    assert program.returncode == 3
-
-
-@pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_input_that_grows_is_taken_up_and_what_failed_is_tried_again(
-    decode: Decode, folder: Path, known: dict[str, bytes], tmp_path: Path, ending: str
+    decode: Decode, folder: Path, tmp_path: Path
 ) -> None:
-    some, out = tmp_path / "some", tmp_path / f"heard{ending}"
+    some, out = tmp_path / "some", tmp_path / "heard.parquet"
     shutil.copytree(folder, some)
     (some / "00.flac").unlink()
     (some / "07.flac").write_bytes(b"bad")
@@ -177,7 +180,7 @@ def test_input_that_grows_is_taken_up_and_what_failed_is_tried_again(
     again = decode(out, some, "--retry-failed")
     assert again.code == 3
     assert f"{COUNT} recordings ({COUNT - 1} were known)" in again.err
-    fresh = tmp_path / f"fresh{ending}"
+    fresh = tmp_path / "fresh.parquet"
     decode(fresh, some)
     assert out.read_bytes() == fresh.read_bytes()
 
@@ -333,7 +336,7 @@ def test_other_settings_are_refused(decode: Decode, folder: Path, tmp_path: Path
 def thirds(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the three shards of all recordings."""
     place = tmp_path_factory.mktemp("thirds")
-    shards(by_process, folder, place, 3)
+    shards(decode_here, folder, place, 3)
     return place
 
 
@@ -342,7 +345,7 @@ def copied(thirds: Path, place: Path) -> list[Path]:
     return [place / f"heard-{number}.jsonl" for number in (1, 2, 3)]
 
 
-def shards(decode: Decode, folder: Path, place: Path, count: int) -> list[Path]:
+def shards(decode: Callable[..., object], folder: Path, place: Path, count: int) -> list[Path]:
     made = []
     for number in range(1, count + 1):
         out = place / f"heard-{number}.jsonl"

@@ -117,5 +117,7 @@ def test_an_extra_that_is_missing_is_told_with_how_to_install_it() -> None:
         (["--robot", "nobody"], "there is no robot nobody"),
     ],
 )
-def test_a_wrong_call_moves_nothing_and_is_one_line(arguments: list[str], said: str) -> None:
-    assert said in in_process("doctor", *arguments, stdin=subprocess.DEVNULL).complaint
+def test_a_wrong_call_moves_nothing_and_is_one_line(
+    arguments: list[str], said: str, voz: Any
+) -> None:
+    assert said in voz("doctor", *arguments, typed="").complaint

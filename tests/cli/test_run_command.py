@@ -238,5 +238,5 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
         ("/", "/: cannot be read (Is a directory)"),
     ],
 )
-def test_a_text_that_cannot_be_read_is_one_line(text: str, said: str) -> None:
-    assert in_process("run", "--text", text).complaint == f"voz: {said}"
+def test_a_text_that_cannot_be_read_is_one_line(text: str, said: str, voz: Any) -> None:
+    assert voz("run", "--text", text).complaint == f"voz: {said}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,7 +42,7 @@ from voz.recognition.network.score import Match, Ranking
 from voz.recognition.pocketsphinx.evidence import Alignment, Evidence, Span
 from voz.recognition.thresholds import MIN_MEANING_SHARE, thresholds_of
 from voz.settings import Recognition
-from voz.speech.synthesis import render
+from voz.speech.synthesis import cached_speech
 
 
 @pytest.fixture
@@ -303,10 +302,9 @@ def turning(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
     return Recognizer(LanguageFiles(folder), Recognition(ask="always"))
 
 
-def said(text: str, folder: Path, noise: float) -> Samples:
+def said(text: str, noise: float) -> Samples:
     """A sentence in white noise, whose level beside the sentence's is in dB."""
-    render(text, "cmu_us_slt_arctic_hts", folder / "said.wav")
-    sound, rate = soundfile.read(folder / "said.wav")
+    sound, rate = soundfile.read(cached_speech(text, "cmu_us_slt_arctic_hts"))
     speech = soxr.resample(sound, rate, SAMPLE_RATE)
     level = np.sqrt((speech**2).mean()) * 10 ** (noise / 20)
     around = np.pad(speech, (2 * SAMPLE_RATE, SAMPLE_RATE))
@@ -327,31 +325,31 @@ def servos(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
 @pytest.mark.slow
 @pytest.mark.parametrize("begun", ["set servo one", "set servo seven"])
 def test_an_order_of_which_only_the_beginning_is_heard_is_not_obeyed_as_another(
-    begun: str, servos: Recognizer, tmp_path: Path
+    begun: str, servos: Recognizer
 ) -> None:
     """The beginning sounds most like `center servo one`, and like none of the whole orders."""
     for noise in (-20, -5):
-        heard = servos.decode(said(begun, tmp_path, noise), SAMPLE_RATE)[-1]
+        heard = servos.decode(said(begun, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted
         assert heard.reason == "part_of_a_command"
     whole = begun.replace("set", "center")
-    heard = servos.decode(said(whole, tmp_path, -20), SAMPLE_RATE)[-1]
+    heard = servos.decode(said(whole, -20), SAMPLE_RATE)[-1]
     assert (heard.text, heard.accepted) == (whole, True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", ["fifteen", "fifty"])
 def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
-    angle: str, turning: Recognizer, tmp_path: Path
+    angle: str, turning: Recognizer
 ) -> None:
     text = f"turn left {angle} degrees"
-    clear = turning.decode(said(text, tmp_path, -40), SAMPLE_RATE)[-1]
+    clear = turning.decode(said(text, -40), SAMPLE_RATE)[-1]
     assert (clear.text, clear.accepted) == (text, True)
-    noisy = turning.decode(said(text, tmp_path, -9), SAMPLE_RATE)[-1]
+    noisy = turning.decode(said(text, -9), SAMPLE_RATE)[-1]
     assert (noisy.text, noisy.accepted) == (text, True)
     assert noisy.confidence < min(0.98, clear.confidence)  # as the other is near
     for noise in (-6, -3):
-        heard = turning.decode(said(text, tmp_path, noise), SAMPLE_RATE)[-1]
+        heard = turning.decode(said(text, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted
         assert heard.reason == "unsure_between"
         assert heard.between

@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,8 +109,8 @@ def test_what_a_run_records_decodes_alike(pulse: dict[str, str], tmp_path: Path)
     assert [event["accepted"] for event in decoded] == [event["accepted"] for event in told]
 
 
-def test_recordings_are_not_recorded_again() -> None:
-    result = in_process("run", "--wav", GO_BACK, "--record", "x")
+def test_recordings_are_not_recorded_again(voz: Any) -> None:
+    result = voz("run", "--wav", GO_BACK, "--record", "x")
     assert result.complaint == (
         "voz: --record keeps what a microphone hears: leave out --wav and --text"
     )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
-from calls import in_process
 from driving import type_lines
 
 from voz.apps.recordings.bags import write_bag
@@ -60,6 +60,6 @@ def test_what_is_no_session_is_one_line(text: str, complaint: str, tmp_path: Pat
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_not_there_is_one_line(tmp_path: Path) -> None:
-    assert "cannot be read" in in_process("view", tmp_path / "none.jsonl").complaint
-    assert "there is no such bag" in in_process("view", tmp_path / "none.mcap").complaint
+def test_what_is_not_there_is_one_line(voz: Any, tmp_path: Path) -> None:
+    assert "cannot be read" in voz("view", tmp_path / "none.jsonl").complaint
+    assert "there is no such bag" in voz("view", tmp_path / "none.mcap").complaint

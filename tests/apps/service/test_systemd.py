@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 from calls import in_process
@@ -98,9 +99,9 @@ def test_systemd_takes_a_program_and_words_of_any_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["a\nExecStartPre=touch owned", "a\r", "a ", "a\\", "a\udcff"])
-def test_a_folder_that_a_unit_cannot_hold_is_refused(name: str, tmp_path: Path) -> None:
+def test_a_folder_that_a_unit_cannot_hold_is_refused(name: str, voz: Any, tmp_path: Path) -> None:
     (tmp_path / name).mkdir()
-    complaint = in_process("service", "install", "--print", cwd=tmp_path / name).complaint
+    complaint = voz("service", "install", "--print", cwd=tmp_path / name).complaint
     assert "a unit cannot hold a folder" in complaint
     assert complaint.isprintable()
 
@@ -150,8 +151,10 @@ def test_its_command_runs_in_its_folder(tmp_path: Path) -> None:
         (["--https"], "add --web"),
     ],
 )
-def test_options_that_voz_run_does_not_take_are_refused(options: list[str], said: str) -> None:
-    assert said in in_process("service", "install", "--", *options).complaint
+def test_options_that_voz_run_does_not_take_are_refused(
+    options: list[str], said: str, voz: Any
+) -> None:
+    assert said in voz("service", "install", "--", *options).complaint
 
 
 def without_systemd(folder: Path) -> dict[str, str]:

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from calls import in_process
@@ -57,12 +58,12 @@ def own_test(folder: Path) -> str:
     return done.stderr
 
 
-def test_what_is_there_is_not_replaced(tmp_path: Path) -> None:
+def test_what_is_there_is_not_replaced(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("all my work")
-    done = in_process("new", ".", cwd=tmp_path)
+    done = voz("new", ".", cwd=tmp_path)
     assert done.complaint.endswith("is not empty; name a new folder")
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
-    done = in_process("new", "thesis.txt", cwd=tmp_path)
+    done = voz("new", "thesis.txt", cwd=tmp_path)
     assert done.complaint.startswith("voz: thesis.txt: ")
     with pytest.raises(ConfigError, match="--type arduino: give one of python, serial, "):
         make_robot_folder(tmp_path / "robot", "arduino")

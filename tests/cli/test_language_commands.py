@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import unicodedata
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import Result, in_process
+from calls import Result
 from recordings import ROOT
 from spanish import RULES, spanish
 
@@ -56,10 +55,10 @@ def robot(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def spanish_voz(robot: Path) -> Call:
+def spanish_voz(robot: Path, voz: Any, inline: None, monkeypatch: pytest.MonkeyPatch) -> Call:
     """Call voz in that folder, in a home of its own."""
-    home = {**os.environ, "XDG_DATA_HOME": str(robot.parent / "data"), "PYTHONPATH": str(ROOT)}
-    return lambda *arguments: in_process(*arguments, cwd=robot, env=home)
+    monkeypatch.setenv("XDG_DATA_HOME", str(robot.parent / "data"))
+    return lambda *arguments: voz(*arguments, cwd=robot)
 
 
 @pytest.mark.slow

@@ -247,7 +247,7 @@ def test_a_sure_command_does_not_wait(recognizer: Recognizer, session: Recording
 def test_festival_and_flite_are_understood_and_a_pause_settles_a_sure_command_early(
     language: LanguageFiles, recordings: list[Recording]
 ) -> None:
-    clips = [r for r in recordings if r.kind == "command" and not r.voice.startswith("espeak")]
+    clips = [r for r in recordings if r.kind == "command" and not r.voice.startswith("espeak")][::2]
     early, late = (Recognizer(language, Recognition(early_decision=s)) for s in (0.06, 1))
     pairs = [(*utterances(early, r), *utterances(late, r)) for r in clips]
     assert share([one.text == r.text for (one, _), r in zip(pairs, clips, strict=True)]) >= 0.97

@@ -110,7 +110,7 @@ def test_no_text_is_lost_on_a_machine_that_starts_programs_late(
 
 
 @pytest.mark.slow
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(text=st.text("aB5 .,;:-'\"()<>?!#$\n\\é", max_size=40))
 def test_festival_speaks_whatever_is_speakable(
     text: str, tmp_path_factory: pytest.TempPathFactory
@@ -299,16 +299,15 @@ def test_another_text_or_voice_has_its_own_file() -> None:
     assert len(files) == len(installed_voices()) + 1
 
 
-@pytest.mark.parametrize("harm", ["emptied", "cut", "overwritten", "changed in one bit"])
-def test_a_damaged_cache_file_is_rendered_anew(harm: str) -> None:
+def test_a_damaged_cache_file_is_rendered_anew() -> None:
     wav = cached_speech(REPLY, KAL)
     whole = wav.read_bytes()
     changed = bytearray(whole)
     changed[-1] ^= 1
-    damaged = {"emptied": b"", "cut": whole[:-1000], "overwritten": b"x" * 5000}
-    wav.write_bytes(damaged.get(harm, changed))
-    assert cached_speech(REPLY, KAL) == wav
-    assert wav.read_bytes() == whole
+    for damaged in (b"", whole[:-1000], b"x" * 5000, changed):
+        wav.write_bytes(damaged)
+        assert cached_speech(REPLY, KAL) == wav
+        assert wav.read_bytes() == whole
 
 
 @pytest.mark.parametrize("whole", [True, False])

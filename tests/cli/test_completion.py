@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from calls import VOZ
+from calls import HANGS, VOZ
 
 COMPLETED = r"""
 {install}
@@ -32,7 +32,7 @@ def environment(tmp_path: Path) -> dict[str, str]:
 
 def bash(script: str, environment: dict[str, str]) -> str:
     done = subprocess.run(
-        ["bash", "-c", script], env=environment, capture_output=True, text=True, timeout=60
+        ["bash", "-c", script], env=environment, capture_output=True, text=True, timeout=HANGS
     )
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from calls import VOZ, in_process
+from calls import HANGS, VOZ, in_process
 from recordings import FIXTURES, GO_BACK, Recording
 
 from voz.apps.batch.formats import read_results
@@ -276,7 +276,7 @@ def test_recordings_of_other_formats_in_a_folder_are_named(
 
 def test_sound_on_standard_input_that_cannot_be_used_is_a_line(tmp_path: Path) -> None:
     command = [*VOZ, "decode", "--json", "-"]
-    done = subprocess.run(command, input=b"RIFF1234WAVEnone", capture_output=True, timeout=60)
+    done = subprocess.run(command, input=b"RIFF1234WAVEnone", capture_output=True, timeout=HANGS)
     assert done.returncode == 3
     assert json.loads(done.stdout)["error"].startswith("-: is no recording that can be read")
 
@@ -284,7 +284,7 @@ def test_sound_on_standard_input_that_cannot_be_used_is_a_line(tmp_path: Path) -
 def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: Recording) -> None:
     command = [*VOZ, "decode", "-"]
     sound = session.samples().tobytes()
-    done = subprocess.run(command, input=sound, capture_output=True, timeout=60)
+    done = subprocess.run(command, input=sound, capture_output=True, timeout=HANGS)
     assert done.returncode == 2
     assert done.stdout == b""
     assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a recording")
@@ -292,7 +292,7 @@ def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: R
 
 def test_a_name_that_never_ends_on_standard_input_is_a_line() -> None:
     command = ["sh", "-c", 'yes | tr -d "\\n" | "$@"', "sh", *VOZ, "decode", "-"]
-    done = subprocess.run(command, capture_output=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, timeout=HANGS)
     assert (done.returncode, done.stdout) == (2, b"")
     assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a recording")
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from calls import VOZ, Result, in_process
+from calls import HANGS, VOZ, Result, in_process
 from programs import wait_until
 from recordings import FIXTURES
 
@@ -401,7 +401,7 @@ def test_a_full_disk_is_a_line_and_what_was_decoded_stays(
     limited += "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     limited += "from voz.cli import main; sys.exit(main())"
     command = [VOZ[0], "-c", limited, "decode", str(folder), "--no-network", "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, env=os.environ, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ, timeout=HANGS)
     assert done.returncode == 2
     assert "heard.jsonl.journal: cannot be written" in done.stderr
     assert not out.exists()

@@ -17,8 +17,8 @@ from voz.errors import AudioError
 BLOCK_SECONDS = 0.03
 BLOCK = int(BLOCK_SECONDS * SAMPLE_RATE)
 
-WORKED = 10.0
-"""So long a block may take the thread that hears, in real seconds."""
+WORKED = 60.0
+"""A thread that has not heard a block by then has died, real seconds."""
 
 
 UNSURE = "go forward?"

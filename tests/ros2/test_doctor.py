@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import VOZ, in_process
+from calls import HANGS, VOZ, in_process
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 from programs import PATIENCE, Program, wait_until
@@ -133,7 +133,7 @@ def test_without_cyclonedds_it_says_how_to_install_it() -> None:
         [*VOZ[:-1], code, "doctor", "--robot", "ros2", "--json"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGS,
     )
     found = [json.loads(line) for line in done.stdout.splitlines()]
     (ros2,) = [one for one in found if one["what"] == "ROS 2"]

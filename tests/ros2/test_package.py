@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from calls import HANGS
 from programs import PATIENCE, Program
 from recordings import ROOT
 
@@ -95,7 +96,7 @@ def called(prefix: Path, *arguments: str, **more: str) -> subprocess.CompletedPr
         env=environment(prefix, **({"VOZ_PYTHON": sys.executable} | more)),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGS,
     )
 
 

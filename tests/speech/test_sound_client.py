@@ -17,6 +17,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 import soundfile
+from calls import HANGS
 from hanging import wait_for_end
 from hypothesis import given
 from hypothesis import strategies as st
@@ -388,7 +389,7 @@ def test_without_a_loudspeaker_there_is_one_warning(
         capture_output=True,
         text=True,
         check=True,
-        timeout=60,
+        timeout=HANGS,
     )
     assert (done.stdout, done.stderr) == (printed, "")
 

@@ -110,7 +110,7 @@ def test_what_a_run_records_decodes_alike(pulse: dict[str, str], tmp_path: Path)
 
 
 def test_recordings_are_not_recorded_again(voz: Any) -> None:
-    result = voz("run", "--wav", GO_BACK, "--record", "x")
+    result = voz("run", "--no-sound", "--wav", GO_BACK, "--record", "x")
     assert result.complaint == (
         "voz: --record keeps what a microphone hears: leave out --wav and --text"
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import in_process
+from calls import HANGS, in_process
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings import ROOT
@@ -131,7 +131,7 @@ def test_its_command_runs_in_its_folder(tmp_path: Path) -> None:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGS,
     )
     assert done.returncode == 0
     assert "drives forward at 0.10 m/s" in done.stdout

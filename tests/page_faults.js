@@ -27,6 +27,12 @@
     const box = around.getBoundingClientRect();
     const range = document.createRange();
     range.selectNodeContents(text);
+    for (const { index, 0: word } of around.matches("button, .fact") ? text.data.matchAll(/\S+/g) : []) {
+      const inside = document.createRange();
+      inside.setStart(text, index);
+      inside.setEnd(text, index + word.length);
+      if (new Set([...inside.getClientRects()].map(({ top }) => top)).size > 1) faults.push(`broken word: ${name(own)}`);
+    }
     for (const line of range.getClientRects()) {
       if (line.left < box.left - 1 || line.right > box.right + 1) faults.push(`cut at a side: ${name(own)} in ${name(around)}`);
       const scrolls = around.matches("header, .dock, section");

@@ -92,8 +92,9 @@ def test_what_is_cut_and_what_is_covered_is_found(browser: Browser) -> None:
     page.set_content(
         "<button style='width: 4em; overflow: hidden; white-space: nowrap'>far too long</button>"
         "<button style='height: 1em; padding: 0; width: 5em; display: block'>one two three</button>"
+        "<button style='width: 4em; overflow-wrap: anywhere'>microphone</button>"
         "<a style='position: absolute; left: 0; top: 0'>above it</a>"
     )
     kinds = [fault.partition(":")[0] for fault in page_layout.faults(page)]
-    assert kinds == ["cut at a side", "cut above or below", "overlap"]
+    assert kinds == ["cut at a side", "cut above or below", "broken word", "overlap"]
     page.close()

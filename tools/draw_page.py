@@ -1,8 +1,8 @@
 """Draw the operator page, five screens on a laptop and a phone, light and dark, and a card.
 
 Run `python tools/draw_page.py`. All twenty pictures go to build/page, those of the documents to
-docs/page-*.png, the card of the commands that come with voz to docs/card.png. It needs what the
-tests need: Debian's chromium, and playwright.
+docs/page-*.png, how the robot moves on the page to docs/page.gif, the card of the commands that
+come with voz to docs/card.png. It needs what the tests need: Debian's chromium, and playwright.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
@@ -38,6 +39,15 @@ A4_WIDTH = 794
 
 GAP = 16
 """Between the screens of a sheet, px."""
+
+DRIVE = (("go forward", 4), *[("turn left", 1)] * 4, ("turn left", 8), ("fold arm", 3), ("stop", 3))
+"""What is tapped for docs/page.gif, and how many pictures are drawn after each."""
+
+FRAME = 300
+"""How long each of these is shown, ms."""
+
+SMALL = (640, 400)
+"""Their size, px."""
 
 SECONDS_AWAY = 4500
 """How long the robot has been lost on the picture, ms."""
@@ -96,6 +106,27 @@ def draw(browser: Browser, robot: PageRobot, size: str, scheme: str) -> None:
         keep(page, "lost", size, scheme)
 
 
+def draw_moving(browser: Browser, robot: PageRobot) -> None:
+    """Draw how the robot moves on the page of a laptop as commands are tapped."""
+    frames = []
+    with context(browser, "laptop", "light") as there:
+        page = opened(there, robot.link)
+        drive(page)
+        tap(page, "start speech")
+        for command, count in DRIVE:
+            page.locator("#stop").click() if command == "stop" else tap(page, command)
+            for _ in range(count):
+                page.wait_for_timeout(FRAME)
+                frames.append(Image.open(BytesIO(page.screenshot())).convert("RGB").resize(SMALL))
+    ends = Image.new("RGB", (SMALL[0], 2 * SMALL[1]))  # which have all colors
+    ends.paste(frames[0], (0, 0))
+    ends.paste(frames[-1], (0, SMALL[1]))
+    palette = ends.quantize(COLORS, dither=Image.Dither.NONE)
+    flat = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    path = ROOT / "docs" / "page.gif"
+    flat[0].save(path, save_all=True, append_images=flat[1:], duration=FRAME, loop=0)
+
+
 def draw_card(browser: Browser) -> None:
     """Draw the card of the commands that come with voz."""
     with tempfile.TemporaryDirectory() as folder:
@@ -149,6 +180,8 @@ def main() -> None:
                     draw(browser, robot, size, scheme)
                 driving = Image.open(ALL / f"driving-{size}-{scheme}.png")
                 keep_in_documents(driving, f"page-{size}-{scheme}")
+        with page_robot(environment) as robot:
+            draw_moving(browser, robot)
         draw_card(browser)
     for scheme in SCHEMES:
         keep_in_documents(sheet(scheme), f"page-screens-{scheme}")

@@ -95,8 +95,12 @@ class RunRobots:
                 yield
 
     def _opened_names(self) -> list[str]:
-        """List the robots. What a live run hears is always shown: on its display, or as lines."""
-        names = [*self.names, CONSOLE] if self.live else self.names
+        """List the robots. What a live run hears is always shown: on its display, or as lines.
+
+        So is what the simulator does, where no room can be drawn.
+        """
+        blind = self.terminal is None and SIMULATOR in self.names
+        names = [*self.names, CONSOLE] if self.live or blind else self.names
         if self.has_display:
             names = [name for name in names if name != CONSOLE]
         # The simulator first: its warning comes before the event that caused it.

@@ -66,14 +66,17 @@ def read_clips(manifest: Path) -> list[Clip]:
     ]
 
 
-def recognizer_for(clips: Sequence[Clip], language: str, folder: Path) -> Recognizer:
+def recognizer_for(
+    clips: Sequence[Clip], language: str, folder: Path, network: Path | None
+) -> Recognizer:
     """Load a recognizer for the commands of a language."""
     listed = folder / f"{language}.txt"
     commands = dict.fromkeys(clip.text for clip in clips if clip.is_command)
     listed.write_text("".join(f"{text}\n" for text in commands), encoding="utf-8")
     spoken = configured_language(SpokenLanguage(name=language))
     build(listed, folder / language, read_list(listed, spoken))
-    return Recognizer(LanguageFiles(folder / language), Recognition())
+    settings = Recognition(network=str(network)) if network else Recognition()
+    return Recognizer(LanguageFiles(folder / language), settings)
 
 
 def heard_in(recognizer: Recognizer, clip: Clip) -> Heard:
@@ -109,6 +112,7 @@ def _share(count: int, of: int) -> str:
 
 def main(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Holds a manifest.tsv.")],
+    network: Annotated[Path | None, typer.Option(help="Other weights than voz's own.")] = None,
     every: Annotated[bool, typer.Option("--all", help="Show each one that went wrong.")] = False,
 ) -> None:
     """Print how many commands are right, how many of them are obeyed, and what else is obeyed."""
@@ -120,7 +124,7 @@ def main(
         wrong = []
         for language in sorted({clip.language for clip in clips}):
             own = [clip for clip in clips if clip.language == language]
-            recognizer = recognizer_for(own, language, Path(work))
+            recognizer = recognizer_for(own, language, Path(work), network)
             heard = [heard_in(recognizer, clip) for clip in own]
             print(*table(language, heard), sep="\n", flush=True)
             wrong += [h for h in heard if h.obeyed != (h.clip.text if h.clip.is_command else "")]

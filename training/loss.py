@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 import torch
@@ -11,7 +11,7 @@ from numpy.random import Generator
 from torch import Tensor
 from torch.nn import functional
 
-from voz.recognition.network.score import read_phone_symbols
+from voz.language.ipa import in_english
 
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""
@@ -39,19 +39,29 @@ CONFUSABLE = (
     "F V TH DH S Z SH ZH HH",
     "M N NG L R W Y",
 )
-"""Phones that are taken for one another."""
+"""Phones that are taken for one another; others go with the nearest English one."""
 
 Labels = list[tuple[str, ...] | None]
 """The phones of each clip, where they are known."""
 
-_CONFUSABLE_WITH = {phone: group.split() for group in CONFUSABLE for phone in group.split()}
-
 
 class Phones:
-    """Adds up the symbols of the network that each phone of the dictionary may sound like."""
+    """Adds up the symbols of the network that each phone of a language may sound like.
 
-    def __init__(self, symbols: Sequence[str], device: torch.device) -> None:
-        sounds = read_phone_symbols()
+    Args:
+        symbols: of the network.
+        sounds: those of each phone.
+        device: that computes.
+    """
+
+    def __init__(
+        self, symbols: Sequence[str], sounds: Mapping[str, Sequence[str]], device: torch.device
+    ) -> None:
+        groups = [
+            [phone for phone in sounds if in_english((phone,))[0] in group.split()]
+            for group in CONFUSABLE
+        ]
+        self.confusable = {phone: group for group in groups for phone in group}
         self.numbers = {phone: number for number, phone in enumerate(sounds, start=1)}
         self._names = {number: phone for phone, number in self.numbers.items()}
         names = list(symbols)
@@ -107,6 +117,8 @@ def loss_of(
     labels: Sequence[tuple[str, ...] | None],
     phones: Phones,
     rng: Generator,
+    *,
+    most_trust: float,
 ) -> tuple[Tensor, Tensor]:
     """How far the student is from what it is taught.
 
@@ -116,6 +128,7 @@ def loss_of(
         labels: the phones of each clip where they are known.
         phones: of the network's symbols.
         rng: chooses what else the known phones are compared with.
+        most_trust: how much the teacher counts where the phones are known, from 0 to 1.
 
     Returns:
         The divergence from the teacher and the weighted loss of the known phones, nats; the sum of
@@ -131,7 +144,7 @@ def loss_of(
         wanted = [label for label in labels if label]
         lengths = torch.tensor([len(label) for label in wanted], device=student.device)
         doubt = phones.loss(phones.log_probabilities(teacher[known]), wanted) / lengths
-        trust[known] = torch.exp(-torch.clamp(doubt - TEACHER_LOSS_LIMIT, min=0))
+        trust[known] = most_trust * torch.exp(-torch.clamp(doubt - TEACHER_LOSS_LIMIT, min=0))
         likely = phones.log_probabilities(student[known])
         each = phones.loss(likely, wanted)
         rivals = rival_loss(likely, each, wanted, phones, rng)
@@ -148,24 +161,26 @@ def rival_loss(
     A recognizer chooses between sentences: what is near must come out less likely (maximum mutual
     information, Bahl et al. 1986, doi:10.1109/ICASSP.1986.1169179).
     """
-    near = [nearly(label, rng) for label in labels for _ in range(RIVALS)]
+    near = [nearly(label, phones.confusable, rng) for label in labels for _ in range(RIVALS)]
     others = phones.loss(likely.repeat_interleave(RIVALS, dim=0), near).view(-1, RIVALS)
     scores = torch.cat([-each[:, None], -others], dim=1) / MMI_TEMPERATURE
     return -functional.log_softmax(scores, dim=1)[:, 0]
 
 
-def nearly(label: Sequence[str], rng: Generator) -> tuple[str, ...]:
+def nearly(
+    label: Sequence[str], confusable: Mapping[str, Sequence[str]], rng: Generator
+) -> tuple[str, ...]:
     """Phones with one or two of them changed, left out or added."""
     phones = list(label)
     while tuple(phones) == tuple(label):
         for _ in range(1 + (len(label) > 3 and rng.random() < 0.5)):
             place = int(rng.integers(len(phones)))
-            like = _CONFUSABLE_WITH[phones[place]]
+            like = confusable[phones[place]]
             change = rng.random()
             if change < 0.6:
                 phones[place] = like[rng.integers(len(like))]
             elif change < 0.8 and len(phones) > 1:
                 del phones[place]
             else:
-                phones.insert(place, [*_CONFUSABLE_WITH][rng.integers(len(_CONFUSABLE_WITH))])
+                phones.insert(place, [*confusable][rng.integers(len(confusable))])
     return tuple(phones)

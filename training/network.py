@@ -53,9 +53,17 @@ class Network(nn.Module):
             x = self._block(f"blocks/{number}", x)
         return functional.log_softmax(self._linear("last", x), dim=-1)
 
+    def keep_below(self, block: int) -> None:
+        """Let nothing learn that lies below a block: it stays as it is."""
+        kept = ("first/", *(f"blocks/{number}/" for number in range(block)))
+        for name, tensor in self.named_parameters():
+            tensor.requires_grad_(block == 0 or not name.startswith(kept))
+
     def weights(self) -> dict[str, Floats32]:
-        """The tensors as the file of weights has them."""
-        named = [*self.named_parameters(), (FIXED, self.get_buffer(FIXED))]
+        """The tensors as the file of weights has them; if some are kept, without those."""
+        named = [(name, t) for name, t in self.named_parameters() if t.requires_grad]
+        if len(named) == len([*self.parameters()]):
+            named.append((FIXED, self.get_buffer(FIXED)))
         return {name.replace("/", "."): t.detach().cpu().numpy().copy() for name, t in named}
 
     @torch.no_grad()

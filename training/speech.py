@@ -15,13 +15,20 @@ from noises import Sound, changed_speed
 from numpy.random import Generator
 
 from voz.audio import SAMPLE_RATE
-from voz.language.pronunciation import PHONES, find_anywhere, look_up, read_cmudict
+from voz.language.pronunciation import find_anywhere, look_up, read_cmudict
+from voz.recognition.network.score import (
+    OTHER_PHONE_SYMBOLS_FILE,
+    read_phone_symbols,
+    with_symbols,
+)
 
 LONGEST = 5.0
 """A longer clip is cut at random to so much, s, and loses its phones."""
 
 HELD_BACK = 16
 """Of so many speakers one is never learned from; by it the network is judged."""
+
+ENGLISH = "en"
 
 CACHED = 60_000
 """Clips that are kept in memory."""
@@ -35,13 +42,16 @@ class Clip:
         path: of the file, 16 kHz.
         speaker: whose it is.
         seconds: how long it is.
-        phones: CMUdict's, without stress, as they are said; None where they are not known.
+        phones: CMUdict's, without stress, or in other languages than English those of
+            `ipa_phones.tsv`, as they are said; None where they are not known.
+        language: what is spoken.
     """
 
     path: Path
     speaker: str
     seconds: float
     phones: tuple[str, ...] | None
+    language: str = ENGLISH
 
     @property
     def is_held_back(self) -> bool:
@@ -71,7 +81,7 @@ class Pool:
         return np.tile(stretch, length // len(stretch) + 1)[:length]
 
     def batch(self, size: int, rng: Generator) -> list[Clip]:
-        """Clips of one group and of nearly one length, so that little silence is added."""
+        """Clips of one language and of nearly one length, so that little silence is added."""
         weights = np.sqrt([sum(clip.seconds for clip in group) for group in self.groups])
         group = self.groups[rng.choice(len(self.groups), p=weights / weights.sum())]
         near = min(len(group), 6 * size)
@@ -88,7 +98,7 @@ def load_pools(folders: Iterable[Path]) -> tuple[Pool, list[Clip]]:
 
     Args:
         folders: each with a `manifest.tsv` that has the columns path, speaker and seconds, and may
-            have phones (CMUdict's, with spaces), text, and kind: `noise` is no speech.
+            have phones (with spaces), text, language, and kind: `noise` is no speech.
 
     Returns:
         What is learned from, and the clips of the speakers who are held back.
@@ -101,15 +111,26 @@ def load_pools(folders: Iterable[Path]) -> tuple[Pool, list[Clip]]:
         noises += [folder / row["path"] for row in rows if row.get("kind") == "noise"]
         clips = [_clip(folder, row, cmudict) for row in rows if row.get("kind") != "noise"]
         held_back += [clip for clip in clips if clip.is_held_back]
-        learned = [clip for clip in clips if not clip.is_held_back]
-        groups.append(sorted(learned, key=lambda clip: clip.seconds))
+        for language in dict.fromkeys(clip.language for clip in clips):
+            own = [c for c in clips if c.language == language and not c.is_held_back]
+            groups.append(sorted(own, key=lambda clip: clip.seconds))
     return Pool([group for group in groups if group], noises), held_back
 
 
 def _clip(folder: Path, row: Mapping[str, str], cmudict: bytes) -> Clip:
-    phones = tuple(row.get("phones", "").split()) or _spoken(row.get("text", ""), cmudict)
-    known = phones if phones and PHONES.issuperset(phones) else None
-    return Clip(folder / row["path"], row["speaker"], float(row["seconds"]), known)
+    language = row.get("language") or ENGLISH
+    phones = tuple(row.get("phones", "").split())
+    if language == ENGLISH:
+        phones = phones or _spoken(row.get("text", ""), cmudict)
+    else:
+        phones = with_symbols(phones)
+    known = phones if phones and sounds_of(language).keys() >= {*phones} else None
+    return Clip(folder / row["path"], row["speaker"], float(row["seconds"]), known, language)
+
+
+def sounds_of(language: str) -> Mapping[str, Sequence[str]]:
+    """The symbols of the network for each phone that the labels of a language may have."""
+    return read_phone_symbols(*([] if language == ENGLISH else [OTHER_PHONE_SYMBOLS_FILE]))
 
 
 def _spoken(text: str, cmudict: bytes) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
     python training/synthesize.py OUT
 
 Voices of other languages read English respelled in their letters, which is near to what a heavy
-accent makes of it. Needs festival, flite, espeak-ng and PyPI's `ttspico`; voices that are not
+accent makes of it. Needs festival, flite, espeak-ng and PyPI's `py-nanotts`; voices that are not
 installed are left out.
 """
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -26,12 +27,13 @@ from network import Network
 from noises import Sound
 from numpy.random import Generator
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from speech import Clip, Pool, load_pools, prepared, read
+from speech import ENGLISH, Clip, Pool, load_pools, prepared, read, sounds_of
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
 from voz.audio import SAMPLE_RATE
 from voz.recognition.network.phoneme_network import (
+    BLOCKS,
     DEFAULT_NETWORK,
     MOMENT,
     SHORTEST,
@@ -60,6 +62,10 @@ silence around them hears nothing in a stretch that begins with a word."""
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
 
+TRUST = {ENGLISH: 1.0}
+OTHER_TRUST = 0.2
+"""How much a teacher counts where phones are known: it was taught English."""
+
 AHEAD = 4
 """Batches that each worker mixes before they are needed."""
 
@@ -73,12 +79,14 @@ class Batch:
         noisy: the same clips, or a stretch of each.
         labels: the phones of each whole clip, where they are known.
         starts: the moment at which the stretch of each clip begins.
+        language: what is spoken.
     """
 
     clean: Tensor
     noisy: Tensor
     labels: Labels
     starts: Sequence[int]
+    language: str
 
 
 def teach(
@@ -101,6 +109,14 @@ def teach(
     workers: Annotated[
         int, typer.Option(min=0, help="Processes that mix what is heard, as a GPU needs.")
     ] = 0,
+    first_block: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=BLOCKS,
+            help="What lies below this block stays as voz has it, and the file is without it.",
+        ),
+    ] = 0,
     origin: Annotated[
         str, typer.Option(help="What the file says of the data it was made from.")
     ] = "",
@@ -121,16 +137,19 @@ def teach(
         fail(f"{error}; give files of weights, and folders with a manifest.tsv")
     if not pool.groups or not held_back:
         fail("too few speakers: some are held back to judge the network by; give more")
+    student = Network(first.weights).to(device)
+    student.keep_below(first_block)
     run = Run(
-        Network(first.weights).to(device),
+        student,
         Network(wise.weights).to(device).eval(),
-        Phones(first.description.symbols, device),
+        all_phones(first.description.symbols, pool, device),
         pool,
         out,
         Description(
             symbols=first.description.symbols,
             origin=f"{first.description.origin}; taught {steps} steps, seed {seed}: {origin}",
             license=first.description.license,
+            base=first.fingerprint if first_block else None,
         ),
     )
     batches = DataLoader(
@@ -141,6 +160,19 @@ def teach(
         prefetch_factor=AHEAD if workers else None,
     )
     run.go(chosen(held_back), batches, steps=steps, rate=rate, seed=seed, every=check_every)
+
+
+def all_phones(symbols: Sequence[str], pool: Pool, device: torch.device) -> dict[str, Phones]:
+    """The phones of each language: of English all, of others those that a clip has."""
+    used: dict[str, set[str]] = {ENGLISH: {*sounds_of(ENGLISH)}}
+    for clip in chain.from_iterable(pool.groups):
+        used.setdefault(clip.language, set()).update(clip.phones or ())
+    return {
+        language: Phones(
+            symbols, {p: s for p, s in sounds_of(language).items() if p in phones}, device
+        )
+        for language, phones in used.items()
+    }
 
 
 def fail(why: str) -> NoReturn:
@@ -156,14 +188,15 @@ class Run:
         self,
         student: Network,
         teacher: Network,
-        phones: Phones,
+        phones: Mapping[str, Phones],
         pool: Pool,
         out: Path,
         description: Description,
     ) -> None:
         self.student, self.teacher, self.phones, self.pool = student, teacher, phones, pool
         self.device = student.get_buffer("bands").device
-        self.optimizer = torch.optim.AdamW(student.parameters(), weight_decay=WEIGHT_DECAY)
+        learned = [tensor for tensor in student.parameters() if tensor.requires_grad]
+        self.optimizer = torch.optim.AdamW(learned, weight_decay=WEIGHT_DECAY)
         self.state, self.best_file, self.log = out / "state.pt", out / "best.npz", out / "log.tsv"
         self.description = description
         self.step, self.best = 0, math.inf
@@ -211,7 +244,8 @@ class Run:
             group["lr"] = rate
         heard = self.student(batch.noisy.to(self.device))
         said, labels = self.taught(batch, heard.shape[1])
-        parts = loss_of(heard, said, labels, self.phones, rng)
+        phones, trust = self.phones[batch.language], TRUST.get(batch.language, OTHER_TRUST)
+        parts = loss_of(heard, said, labels, phones, rng, most_trust=trust)
         self.optimizer.zero_grad()
         (parts[0] + parts[1]).backward()
         torch.nn.utils.clip_grad_norm_(self.student.parameters(), LARGEST_GRADIENT)
@@ -226,11 +260,13 @@ class Run:
             return whole, batch.labels
         stretches = zip(whole, batch.starts, strict=True)
         said = torch.stack([clip[start : start + moments] for clip, start in stretches])
-        return said, self.phones.within(whole, batch.labels, batch.starts, moments)
+        phones = self.phones[batch.language]
+        return said, phones.within(whole, batch.labels, batch.starts, moments)
 
     def check(self, held_back: Sequence[Clip], losses: Sequence[float]) -> str:
         """Judge the network, keep it if it is the best, and keep what a later run goes on from."""
-        clean, noisy = phone_errors(self, held_back)
+        errors = [phone_errors(self, clips) for clips in by_kind(held_back)]
+        clean, noisy = np.mean(errors, axis=0).tolist()
         score = clean + noisy
         is_best = score < self.best
         if is_best:
@@ -250,8 +286,7 @@ class Run:
                 time.strftime("%H:%M:%S"),
                 self.step,
                 *losses,
-                clean,
-                noisy,
+                *chain.from_iterable(errors),
                 "best" if is_best else "",
             ]
             print(*(f"{x:.4f}" if isinstance(x, float) else x for x in row), sep="\t", file=file)
@@ -268,21 +303,32 @@ def phone_errors(run: Run, clips: Sequence[Clip]) -> tuple[float, float]:
         for is_noisy, sound in ((False, clean), (True, augment(clean, run.pool, rng))):
             with torch.no_grad():
                 symbols = run.student(torch.tensor(sound)[None].to(run.device))[0]
-            readings[is_noisy].append(run.phones.reading(symbols))
+            readings[is_noisy].append(run.phones[clip.language].reading(symbols))
     wanted = [" ".join(clip.phones or ()) for clip in clips]
     return wer(wanted, readings[False]), wer(wanted, readings[True])
 
 
+def by_kind(clips: Sequence[Clip]) -> list[list[Clip]]:
+    """Those in English and those in other languages, if there are any."""
+    kinds = [[c for c in clips if (c.language == ENGLISH) is english] for english in (True, False)]
+    return [clips for clips in kinds if clips]
+
+
 def chosen(held_back: Sequence[Clip]) -> list[Clip]:
-    """Clips to judge by: some of each held-back speaker in turn, with known phones, none long."""
+    """Clips to judge by: some of each held-back speaker in turn, with known phones, none long.
+
+    As many are in English as in other languages.
+    """
+    kinds = by_kind([clip for clip in held_back if clip.phones and clip.seconds < 5])
+    return [clip for clips in kinds for clip in _in_turn(clips)[: CHECKED // len(kinds)]]
+
+
+def _in_turn(clips: Sequence[Clip]) -> list[Clip]:
     by_speaker: dict[str, list[Clip]] = {}
-    for clip in held_back:
-        if clip.phones and clip.seconds < 5:
-            by_speaker.setdefault(clip.speaker, []).append(clip)
-    found: list[Clip] = []
-    while len(found) < CHECKED and any(by_speaker.values()):
-        found += [clips.pop() for clips in by_speaker.values() if clips]
-    return found[:CHECKED]
+    for clip in clips:
+        by_speaker.setdefault(clip.speaker, []).append(clip)
+    rounds = zip_longest(*by_speaker.values())
+    return [clip for each in rounds for clip in each if clip]
 
 
 class Batches(Dataset[Batch]):
@@ -297,7 +343,8 @@ class Batches(Dataset[Batch]):
 
 def make_batch(pool: Pool, size: int, rng: Generator) -> Batch:
     """Clips as the teacher and the student hear them; all as long as the longest."""
-    pairs = [prepared(clip, rng) for clip in pool.batch(size, rng)]
+    clips = pool.batch(size, rng)
+    pairs = [prepared(clip, rng) for clip in clips]
     length = max(len(sound) for sound, _ in pairs)
     clean, noisy, labels = [], [], []
     for sound, phones in pairs:
@@ -318,7 +365,8 @@ def make_batch(pool: Pool, size: int, rng: Generator) -> Batch:
         clip[start * MOMENT : start * MOMENT + kept]
         for clip, start in zip(noisy, starts, strict=True)
     ]
-    return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(stretches)), labels, starts)
+    sounds = torch.tensor(np.array(clean)), torch.tensor(np.array(stretches))
+    return Batch(*sounds, labels, starts, clips[0].language)
 
 
 def with_silence(sound: Sound, rng: Generator) -> Sound:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import soundfile
 from recordings import ROOT, Recording
 from training_programs import in_training
 
+from voz.language.ipa import known_phones
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, PhonemeNetwork, read_network
 
 pytestmark = pytest.mark.slow
@@ -18,21 +20,22 @@ TEXTS = ("go forward", "rotate left", "speed up", "turn right")
 
 TEACH = ROOT / "training" / "teach.py"
 
+FOREIGN_WORDS = ROOT / "training" / "foreign_words.py"
+
 SAME_BATCH = """
 import sys
 import torch
 from pathlib import Path
 sys.path.insert(0, {folder!r})
 import numpy as np
-from loss import Phones
 from network import Network
 from speech import load_pools
-from teach import Run, make_batch
+from teach import Run, all_phones, make_batch
 from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, read_network, write_network
 torch.set_num_threads(1)
 weights, description, _ = read_network(DEFAULT_NETWORK)
 pool, _ = load_pools([Path({speech!r})])
-phones = Phones(description.symbols, torch.device("cpu"))
+phones = all_phones(description.symbols, pool, torch.device("cpu"))
 out = Path({out!r})
 run = Run(Network(weights), Network(weights), phones, pool, out, description)
 batch = make_batch(pool, 4, np.random.default_rng(0))
@@ -93,6 +96,28 @@ def test_a_run_that_was_interrupted_goes_on_and_keeps_the_best(
     assert "best" in rows[0]
     taught = read_network(out / "best.npz")
     assert taught.description.origin.startswith(read_network(DEFAULT_NETWORK).description.origin)
+
+
+def test_other_languages_teach_the_upper_blocks_alone(speech: Path, tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign"
+    done = in_training(FOREIGN_WORDS, foreign, "--engine", "pico", "--clips", 12)
+    assert done.returncode == 0, done.stderr
+    with (foreign / "manifest.tsv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    assert len(rows) > 8
+    for row in rows:
+        assert row["speaker"].startswith(f"pico-{row['language']}")
+        assert known_phones().issuperset(row["phones"].split())
+        assert soundfile.info(foreign / row["path"]).samplerate == 16000
+    out = tmp_path / "out"
+    folders = ("--speech", speech, "--speech", foreign)
+    sizes = ("--batch", 2, "--check-every", 4, "--steps", 4, "--first-block", 3)
+    done = in_training(TEACH, out, *folders, *sizes)
+    assert done.returncode == 0, done.stderr
+    with np.load(out / "best.npz") as written:
+        assert {name.split(".")[0] for name in written} == {"blocks", "last", "description"}
+        assert {name.split(".")[1] for name in written if name.startswith("blocks")} == {"3"}
+    assert PhonemeNetwork(out / "best.npz").log_probabilities(np.zeros(16000, np.int16)).any()
 
 
 def test_what_cannot_be_learned_from_is_one_line(tmp_path: Path) -> None:

@@ -124,13 +124,13 @@ class CommonOptions:
 
 def _network_status(settings: Config, language: LanguageFiles) -> str:
     from voz.recognition.network.phoneme_network import fingerprint_of
-    from voz.recognition.network.score import why_missing
+    from voz.recognition.network.score import network_file, why_missing
 
     network = settings.recognition.network
     off = None if settings.recognition.use_network else "off in the settings"
     if missing := off or why_missing(language, network):
         return f"none ({missing}); pocketsphinx decides alone"
-    return fingerprint_of(network)
+    return fingerprint_of(network_file(language, network))
 
 
 @dataclass

@@ -15,7 +15,7 @@ from voz.errors import ConfigError
 from voz.files import read_bytes, sha256
 from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import DEFAULT_MODELS, load_models
-from voz.recognition.network.phoneme_network import DEFAULT_NETWORK
+from voz.recognition.network.score import network_file
 from voz.recognition.profiles import Profile
 from voz.settings import Recognition
 
@@ -53,10 +53,11 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
     read = partial(read_bytes, error_type=ConfigError, advice="make the language files again")
     # Without the command list itself, which may be elsewhere; lmtool makes fewer files.
     commands = _digest(*(read(path) for path in language.generated if path.is_file()))
+    network = network_file(language, settings.network)
     load_models(settings.confidence)  # raises if the user's own model is damaged
     models = [
         read_bytes(Path(file), ConfigError, "name another model")
-        for file in (settings.confidence or DEFAULT_MODELS, settings.network or DEFAULT_NETWORK)
+        for file in (settings.confidence or DEFAULT_MODELS, network)
     ]
     known = msgspec.json.encode(profile)
     of_models = _digest(*models, known, *(_version(package).encode() for package in MODEL_PACKAGES))

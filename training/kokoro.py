@@ -22,7 +22,7 @@ STYLES, STYLE_SIZE = 510, 256
 LETTERS = {"tʃ": "ʧ", "dʒ": "ʤ", "ts": "ʦ", "dz": "ʣ"}
 """What the vocabulary writes in one letter."""
 
-KEPT_FOR_SCORES = frozenset(
+KEPT_ASIDE = frozenset(
     f"{kind}_{name}"
     for kind, names in (
         ("af", ("heart", "kore", "nicole", "river", "sarah")),
@@ -40,9 +40,10 @@ class Kokoro:
 
     Args:
         folder: of its files.
+        kept_aside: whether to read by the voices that teach nothing, else by the others.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, kept_aside: bool = False) -> None:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = 1
         self._session = onnxruntime.InferenceSession(folder / "model.onnx", options)
@@ -50,7 +51,7 @@ class Kokoro:
         self._styles = {
             path.stem: np.fromfile(path, np.float32).reshape(STYLES, STYLE_SIZE)
             for path in sorted((folder / "voices").glob("*.bin"))
-            if path.stem not in KEPT_FOR_SCORES
+            if (path.stem in KEPT_ASIDE) is kept_aside
         }
         self.voices = [*self._styles]
 

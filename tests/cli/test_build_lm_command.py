@@ -24,6 +24,16 @@ def test_own_commands_are_built_and_understood(
     assert (heard["text"], heard["accepted"]) == ("open gripper", True)
 
 
+def test_without_a_list_that_of_voz_is_built(
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for options, command in (([], "go forward"), (["--language", "es"], "avanza")):
+        assert voz("build-lm", *options).code == 0
+        assert f"<s> {command} </s>" in (tmp_path / "lm/comandos_voz.sent").read_text().splitlines()
+        assert voz("build-lm", *options, "--check").out == "lm: up to date\n"
+
+
 def test_check_names_the_stale_files(voz: Any, own_commands: Path) -> None:
     folder = own_commands.parent
     assert voz("build-lm", own_commands).code == 0

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from voz.language.command_source import CommandSource
     from voz.language.spoken_language import OtherLanguage
 
+LIST_HERE = Path("lm/comandos_voz.txt")
+"""What is built if nothing is named."""
+
 MAX_LINES_SHOWN = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
 
@@ -55,13 +58,15 @@ class BuildOptions:
 @with_options
 def build_lm(
     options: BuildOptions,
-    commands: Annotated[
-        Path,
+    listed: Annotated[
+        Path | None,
         typer.Argument(
             metavar="[COMMANDS]",
-            help="The list: sentences or templates, .ini, .yaml or .gram of others; or a folder.",
+            help="The list: sentences or templates, .ini, .yaml or .gram of others; or a folder. "
+            f"Without it {LIST_HERE}, else voz's own.",
+            show_default=False,
         ),
-    ] = Path("lm/comandos_voz.txt"),
+    ] = None,
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
@@ -81,12 +86,13 @@ def build_lm(
     settings = load_config(DEFAULT_SETTINGS_FILE) if DEFAULT_SETTINGS_FILE.is_file() else Config()
     if options.spoken:
         settings = overridden(settings, {"language": {"name": options.spoken}})
+    commands = listed or _list_here(settings.language.name)
     source = read_list(commands, _spoken(settings))
     _check_expected(source, folder_of(commands))
     settings = matched_settings(settings, source.commands)
     check_list(source.commands, settings.table, str(commands))
     _show_more(options, source)
-    folder = options.out or folder_of(commands)
+    folder = options.out or (folder_of(listed) if listed else LIST_HERE.parent)
     if options.check:
         _check_fresh(commands, folder, source)
         return
@@ -96,6 +102,12 @@ def build_lm(
     show(*map(_alternatives_line, source.commands.alternatives))
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
+
+
+def _list_here(language: str) -> Path:
+    from voz.language.language_files import packaged_files
+
+    return LIST_HERE if LIST_HERE.exists() else packaged_files(language).commands
 
 
 def _alternatives_line(names: Sequence[str]) -> str:

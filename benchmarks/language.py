@@ -94,7 +94,7 @@ def table(language: str, heard: Sequence[Heard]) -> Iterator[str]:
         own = [each for each in heard if speaker in (ALL, each.clip.speaker)]
         commands = [each for each in own if each.clip.is_command]
         right = sum(each.is_right for each in commands)
-        accepted = sum(each.is_right and each.obeyed == each.clip.text for each in commands)
+        accepted = sum(each.obeyed == each.clip.text for each in commands)
         wrong = sum(each.obeyed not in ("", each.clip.text) for each in commands)
         others = [each for each in own if not each.clip.is_command]
         cells = (

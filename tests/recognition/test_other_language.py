@@ -30,13 +30,11 @@ from voz.speech.synthesis import render
 EXAMPLE = ROOT / "examples" / "spanish"
 
 
-@pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
+def by_a_model(folder: Path, name: str) -> LanguageFiles:
     """The list of the example, with a model made for this."""
-    folder = tmp_path_factory.mktemp("spanish")
     spanish(folder / "es")
     settings = SpokenLanguage(
-        name="es",
+        name=name,
         acoustic_model=str(folder / "es/model_parameters/es"),
         dictionary=str(folder / "es/es.dic"),
         pronunciations=str(RULES),
@@ -46,6 +44,11 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
     commands = EXAMPLE / "comandos.txt"
     build(commands, folder / "lm", read_list(commands, read_language(sources)))
     return LanguageFiles(folder / "lm")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
+    return by_a_model(tmp_path_factory.mktemp("spanish"), "es")
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +71,18 @@ def test_commands_in_spanish_are_understood(files: LanguageFiles, tmp_path: Path
     for text in ("para", "avanza", "más despacio", "señala la cocacola", "gira a la derecha"):
         (heard,) = recognizer.utterances([said(text, tmp_path)], "")
         assert (heard.text, heard.accepted) == (text, True)
-        assert heard.score is None  # pocketsphinx alone decided
+        assert heard.score is not None  # the network decided
+
+
+@pytest.mark.slow
+def test_pocketsphinx_decides_alone_by_a_model_of_a_language_with_another_name(
+    tmp_path: Path,
+) -> None:
+    files = by_a_model(tmp_path, "castellano")
+    assert why_missing(files) == "it does not know the phones of castellano"
+    recognizer = Recognizer(files, Recognition(never_missed=("para",)))
+    (heard,) = recognizer.utterances([said("avanza", tmp_path)], "")
+    assert (heard.text, heard.accepted, heard.score) == ("avanza", True, None)
 
 
 def test_nothing_of_english_is_added(in_spanish: Language) -> None:
@@ -76,14 +90,13 @@ def test_nothing_of_english_is_added(in_spanish: Language) -> None:
 
 
 def test_the_network_steps_aside_by_the_language_and_not_by_the_names_of_phones(
-    loaded: Language, files: LanguageFiles
+    loaded: Language,
 ) -> None:
     scorer_for(loaded)
     spoken = loaded.spoken
     same_phones = type(spoken)("es", spoken.acoustic_model, "", spoken.frames, spoken.apart)
     with pytest.raises(UnknownNetworkError, match="does not know the phones of es"):
         scorer_for(dataclasses.replace(loaded, spoken=same_phones))
-    assert why_missing(files) == "it does not know the phones of es"
 
 
 @pytest.mark.slow
@@ -146,7 +159,7 @@ def test_questions_are_answered_in_a_language_that_has_texts(
     build(tmp_path / "list.txt", tmp_path / "lm", read_list(tmp_path / "list.txt", italian))
     with pytest.raises(ConfigError, match="voz asks nothing in it"):
         with_more_words(load_language(LanguageFiles(tmp_path / "lm")), asking)
-    with pytest.raises(ConfigError, match="need the network, which is not for the model of es"):
+    with pytest.raises(ConfigError, match="own, as that of es"):
         with_more_words(load_language(files), Recognition(name="oye robot"))
 
 

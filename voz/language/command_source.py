@@ -8,7 +8,7 @@ from pathlib import Path
 
 from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
-from voz.language.espeak import pronounce_by_espeak
+from voz.language.espeak import pronounce_by_espeak, with_ipa
 from voz.language.formats.command_list import (
     CommandList,
     files_of_folder,
@@ -200,7 +200,8 @@ def pronounce_words(
     if language and language.dictionary is None:
         return pronounce_by_espeak(places, user, language.spoken.name)
     if language and language.dictionary is not None:
-        return pronounce_from(places, user, language.dictionary, language.rules)
+        entries = pronounce_from(places, user, language.dictionary, language.rules)
+        return with_ipa(entries, language.spoken.name)
     check_english(places)
     capitals = words_in_capitals(text.decode(errors="replace") for text in texts)
     return pronounce(places, user, read_cmudict(), guess, capitals)

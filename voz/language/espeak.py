@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from voz.errors import CommandsError, LanguageError
 from voz.language.ipa import in_english, known_phones, parse_phones
 from voz.language.pronunciation import LexiconEntry
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE
+from voz.language.spoken_language import known_languages
 
 TIME_LIMIT = 60.0
 """For a whole list, s; 20,000 words take 2."""
@@ -67,6 +69,20 @@ def _entry(word: str, place: str, ways: Sequence[Sequence[str]], origin: str) ->
         )
     near = dict.fromkeys(" ".join(in_english(way)) for way in ways)
     return LexiconEntry(tuple(near), origin, tuple(dict.fromkeys(map(" ".join, ways))))
+
+
+def with_ipa(entries: dict[str, LexiconEntry], language: str) -> dict[str, LexiconEntry]:
+    """Add phones for the network to words that an acoustic model of the user's pronounces.
+
+    Nothing is added in a language whose phones voz does not know, or without espeak-ng.
+    """
+    if language not in {known.code for known in known_languages()}:
+        return entries
+    try:
+        heard = pronounce_by_espeak(dict.fromkeys(entries, ""), {}, language)
+    except (CommandsError, LanguageError):
+        return entries
+    return {word: replace(entry, ipa=heard[word].ipa) for word, entry in entries.items()}
 
 
 def run_espeak(words: Sequence[str], language: str) -> dict[str, str]:

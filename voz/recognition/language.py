@@ -117,10 +117,10 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     name = settings.name
     if not settings.more_than_commands:
         return language
-    if not language.network_words:
+    if not language.spoken.uses_default_model:
         raise ConfigError(
-            f"`name` and `ask` of [recognition] need the network, which is not for the model of "
-            f"{language.spoken.name}"
+            f"`name` and `ask` of [recognition] are not for an acoustic model of your own, as "
+            f"that of {language.spoken.name}"
         )
     has_questions = language.spoken.is_english or language_of(language.spoken.code) != ENGLISH
     if settings.ask != "never" and not has_questions:

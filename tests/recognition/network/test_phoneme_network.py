@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -97,6 +98,22 @@ def test_other_weights_have_another_fingerprint(tmp_path: Path) -> None:
     changed = {**weights, "last.bias": weights["last.bias"] + 1}
     write_network(tmp_path / "changed.npz", changed, description)
     assert PhonemeNetwork(tmp_path / "changed.npz").fingerprint != before
+
+
+def test_a_file_may_have_only_what_differs_from_the_network_of_voz(tmp_path: Path) -> None:
+    weights, description, identity = read_network(DEFAULT_NETWORK)
+    part = {"last.bias": weights["last.bias"] + 1}
+    based = msgspec.structs.replace(description, base=identity)
+    write_network(tmp_path / "part.npz", part, based)
+    whole = read_network(tmp_path / "part.npz")
+    assert whole.weights.keys() == weights.keys()
+    assert np.array_equal(whole.weights["first.weight"], weights["first.weight"])
+    assert whole.weights["last.bias"] == pytest.approx(part["last.bias"], abs=0.01)
+    write_network(tmp_path / "part.npz", part, msgspec.structs.replace(description, base="other"))
+    with pytest.raises(
+        UnknownNetworkError, match=f"completes network other, and voz has {identity}"
+    ):
+        PhonemeNetwork(tmp_path / "part.npz")
 
 
 @pytest.mark.parametrize("kept", [0, 3, 60, 7000, 100_000])

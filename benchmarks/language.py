@@ -12,10 +12,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
+import numpy as np
 import typer
 from machine import machine, one_line_errors
 
 from voz.api.recognizer import Recognizer
+from voz.apps.evaluation.noise import embed_in_noise, generator_for
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.sound_files import read_blocks
 from voz.errors import ConfigError
 from voz.language.build import build
 from voz.language.command_source import read_list
@@ -28,6 +32,9 @@ COMMAND = "command"
 """The kind of what should be obeyed."""
 
 ALL = "all"
+
+RATIO = 10.0
+"""Of speech to noise, dB."""
 
 
 class Clip(NamedTuple):
@@ -79,12 +86,20 @@ def recognizer_for(
     return Recognizer(LanguageFiles(folder / language), settings)
 
 
-def heard_in(recognizer: Recognizer, clip: Clip) -> Heard:
-    """Recognize a recording."""
-    found = [u for u in recognizer.decode(clip.path) if u.text]
+def read_clip(path: Path) -> Samples:
+    """The samples of a recording, 16 kHz."""
+    return np.concatenate([*read_blocks(path)])
+
+
+def heard_in(recognizer: Recognizer, clip: Clip, noise: Samples | None) -> Heard:
+    """Recognize a recording, amid noise if there is any."""
+    samples = read_clip(clip.path)
+    if noise is not None:
+        samples = embed_in_noise(noise, samples, RATIO, generator_for(clip.path.name))
+    found = [u for u in recognizer.decode(samples, SAMPLE_RATE) if u.text]
     texts = [u.text for u in found]
     obeyed = " / ".join(u.text for u in found if u.accepted)
-    return Heard(clip, clip.is_command and texts == [clip.text], obeyed)
+    return Heard(clip, clip.is_command and clip.text in texts, obeyed)
 
 
 def table(language: str, heard: Sequence[Heard]) -> Iterator[str]:
@@ -113,11 +128,15 @@ def _share(count: int, of: int) -> str:
 def main(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Holds a manifest.tsv.")],
     network: Annotated[Path | None, typer.Option(help="Other weights than voz's own.")] = None,
+    noise: Annotated[
+        Path | None, typer.Option(help=f"A recording {RATIO:.0f} dB quieter than the speech.")
+    ] = None,
     every: Annotated[bool, typer.Option("--all", help="Show each one that went wrong.")] = False,
 ) -> None:
     """Print how many commands are right, how many of them are obeyed, and what else is obeyed."""
     with one_line_errors(), tempfile.TemporaryDirectory(prefix="voz-") as work:
         clips = read_clips(folder / "manifest.tsv")
+        around = read_clip(noise) if noise else None
         print(f"{machine()}\n")
         print("| language | speaker | commands | right | and accepted | wrong | others obeyed |")
         print("|---|---|---|---|---|---|---|")
@@ -125,7 +144,7 @@ def main(
         for language in sorted({clip.language for clip in clips}):
             own = [clip for clip in clips if clip.language == language]
             recognizer = recognizer_for(own, language, Path(work), network)
-            heard = [heard_in(recognizer, clip) for clip in own]
+            heard = [heard_in(recognizer, clip, around) for clip in own]
             print(*table(language, heard), sep="\n", flush=True)
             wrong += [h for h in heard if h.obeyed != (h.clip.text if h.clip.is_command else "")]
     for each in wrong if every else ():

@@ -1,12 +1,14 @@
-"""How the folders of voz hang together: no arrow up."""
+"""How the folders of voz hang together: each name once, and no arrow up."""
 
 from __future__ import annotations
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -33,6 +35,41 @@ def imported(module: ast.Module, package: str = "voz") -> Iterator[str]:
         yield from (name.split(".")[level] for name in names if name.startswith(f"{package}."))
 
 
+PRIVATE_IN_TEXT = re.compile(r"(?<!\bself)(?<!\bcls)\.(_[a-z]\w*)|^(_[a-z]\w*)$")
+
+
+def defined(module: ast.AST) -> Iterator[str]:
+    """All names that a module gives to functions, classes, variables and attributes."""
+    for part in ast.walk(module):
+        if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield part.name
+        elif isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store):
+            yield part.attr
+        elif isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+            yield part.id
+
+
+def reached(module: ast.AST) -> Iterator[tuple[int, str]]:
+    """What a module reaches into others for: the line, and the last part of the name.
+
+    What a class does to itself or to its base is its own.
+    """
+    for part in ast.walk(module):
+        if isinstance(part, ast.Attribute):
+            owner = part.value.func if isinstance(part.value, ast.Call) else part.value
+            if not (isinstance(owner, ast.Name) and owner.id in ("self", "cls", "super")):
+                yield part.lineno, part.attr
+        elif isinstance(part, ast.ImportFrom):
+            yield from ((part.lineno, each.name) for each in part.names)
+        elif isinstance(part, ast.Constant) and isinstance(part.value, str):
+            # As for `monkeypatch.setattr`, or in a program that a test starts.
+            yield from (
+                (part.lineno, name)
+                for names in PRIVATE_IN_TEXT.findall(part.value)
+                for name in names
+            )
+
+
 def run_voz(folder: Path, *arguments: object) -> str:
     """What a copy of voz in a folder prints; it must end well."""
     command = [sys.executable, "-m", "voz", *map(str, arguments)]
@@ -40,6 +77,27 @@ def run_voz(folder: Path, *arguments: object) -> str:
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def test_no_two_classes_have_one_name() -> None:
+    parts = (part for module in MODULES.values() for part in ast.walk(module))
+    names = Counter(part.name for part in parts if isinstance(part, ast.ClassDef))
+    assert names["Utterance"] == 1
+    assert not [name for name, number in names.items() if number > 1]
+
+
+def test_no_test_reaches_for_what_is_private() -> None:
+    named = {name for module in MODULES.values() for name in defined(module)}
+    private = {name for name in named if name.startswith("_") and name.strip("_")}
+    private = {name for name in private if not name.endswith("_")}
+    assert len(private) > 500
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for path in (ROOT / "tests").rglob("*.py")
+        for line, name in reached(ast.parse(path.read_text("utf-8")))
+        if name in private
+    ]
+    assert not found
 
 
 def test_no_folder_imports_what_is_above_it() -> None:
@@ -51,6 +109,30 @@ def test_no_folder_imports_what_is_above_it() -> None:
     for above, folder in LATE:
         below[above].remove(folder)
     list(TopologicalSorter(below).static_order())  # raises CycleError where there is an arrow up
+
+
+def test_the_parts_of_language_import_one_way() -> None:
+    below: dict[str, set[str]] = {}
+    for path, module in MODULES.items():
+        if path[:2] == ("voz", "language") and path[2] != "__init__":
+            names = set(imported(module, "voz.language")) - {path[2]}
+            below.setdefault(path[2], set()).update(names)
+    assert below["sentences"] == below["acoustic_model"] - {"phone_distances"} == set()
+    assert below["formats"] == {"sentences"}
+    list(TopologicalSorter(below).static_order())
+
+
+def test_recognition_imports_one_way() -> None:
+    below: dict[str, set[str]] = {}
+    for path, module in MODULES.items():
+        if path[:2] == ("voz", "recognition") and path[2] != "__init__":
+            names = set(imported(module, "voz.recognition")) - {path[2]}
+            below.setdefault(path[2], set()).update(names)
+    assert below["network"] == {"language"}
+    assert below["pocketsphinx"] == {"language", "thresholds"}
+    assert below["thresholds"] == {"confidence"}
+    assert below["language"] == below["confidence"] == set()
+    list(TopologicalSorter(below).static_order())
 
 
 def test_the_core_imports_nothing_that_stands_around_it() -> None:

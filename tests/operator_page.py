@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,15 @@ class PageRobot:
         return self.api.post("/api/command", json={"text": text, **more})
 
     def drives(self, text: str) -> None:
-        """Give a command as a program, and see that it is obeyed."""
-        assert self.command(text).raise_for_status().json()["obeyed"]
+        """Give a command as a program, as soon as its limit allows, and see that it is obeyed."""
+        answers: list[httpx.Response] = []
+
+        def is_let_in() -> bool:
+            answers.append(self.command(text))
+            return answers[-1].status_code != HTTPStatus.TOO_MANY_REQUESTS
+
+        wait_until(is_let_in)
+        assert answers[-1].raise_for_status().json()["obeyed"]
 
 
 class Page:

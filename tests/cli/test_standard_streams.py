@@ -34,7 +34,7 @@ ONE_CLOSED = [
     ("<&-", ["run", "--text", "-"], 0),
     (">&-", ["decode", "--json", GO_BACK], 0),
     ("2>&-", ["decode", GO_BACK], 0),
-    (">&-", ["run", "--wav", GO_BACK, "--events", "-", "--robot", "simulator"], 0),
+    (">&-", ["run", "--wav", GO_BACK, "--robot", "simulator"], 0),
     ("2>&-", ["run", "--text", "-"], 0),
 ]
 

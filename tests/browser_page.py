@@ -5,15 +5,35 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import soundfile
+import soxr
+from operator_page import with_noise
 from playwright.sync_api import BrowserContext, ConsoleMessage, Locator, Page, Route, expect
+
+from voz.audio import SAMPLE_RATE
 
 AXE = Path(__file__).parent / "apps" / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
 SECONDS = 30_000
 """A busy machine may need that long, ms."""
 
+SAID_AFTER = 2.0
+"""So long after the browser has opened its microphone somebody speaks, s."""
+
+SAID_AGAIN = 5.0
+"""So long after that it is begun anew, s: on a busy machine what is late is left out."""
+
+SOUND_CARD_RATE = 48_000
+
 HARMLESS = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "401 (Unauthorized)", "ERR_EMPTY")
 """What a browser writes of a server that is not there, or that wants a token."""
+
+
+def for_a_browser(clip: Path, path: Path) -> Path:
+    """Write a clip in a quiet room as a browser can take it for its microphone."""
+    sound = soxr.resample(with_noise(clip, SAID_AFTER, SAID_AGAIN), SAMPLE_RATE, SOUND_CARD_RATE)
+    soundfile.write(path, sound, SOUND_CARD_RATE, subtype="PCM_16")
+    return path
 
 
 def opened(context: BrowserContext, address: str) -> Page:

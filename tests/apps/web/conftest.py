@@ -7,19 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import soundfile
-from browser_page import SECONDS
-from operator_page import with_noise
+from browser_page import SECONDS, for_a_browser
 from playwright.sync_api import Browser, BrowserContext, Playwright, expect, sync_playwright
 from recordings import FIXTURES
-
-from voz.audio import SAMPLE_RATE
-
-SAID_AFTER = 2.0
-"""So long after the browser has opened its microphone somebody speaks, s."""
-
-SAID_AGAIN = 5.0
-"""So long after that it is begun anew, s: on a busy machine what is late is left out."""
 
 
 @pytest.fixture(scope="module")  # it leaves an event loop running, which others cannot do with
@@ -30,14 +20,9 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="session")
 def said(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Somebody says "go forward" in a quiet room now and then, at a rate of sound cards."""
-    import soxr
-
+    """Somebody says "go forward" in a quiet room now and then."""
     clip = FIXTURES / "commands" / "festival_slt__go_forward.flac"
-    sound = with_noise(clip, SAID_AFTER, SAID_AGAIN)
-    path = tmp_path_factory.mktemp("said") / "said.wav"
-    soundfile.write(path, soxr.resample(sound, SAMPLE_RATE, 48_000), 48_000, subtype="PCM_16")
-    return path
+    return for_a_browser(clip, tmp_path_factory.mktemp("said") / "said.wav")
 
 
 @pytest.fixture(scope="module")

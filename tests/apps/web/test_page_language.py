@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_page import SECONDS, opened
+from browser_page import SECONDS, for_a_browser, opened
 from operator_page import PageRobot, page_robot
 from operator_page import opened as opened_without_browser
 from playwright.sync_api import Browser, Page, expect
@@ -16,6 +16,7 @@ from spanish import spanish_robot
 
 from voz.apps.web.page_language import page_html, preferred_language
 from voz.config import default_commands
+from voz.speech.synthesis import render
 from voz.texts.tables import PLACEHOLDER, languages, pattern, read_texts, text
 
 
@@ -47,6 +48,14 @@ def test_a_page_says_which_language_it_has_and_brings_its_texts(language: str) -
     (table,) = re.findall(r'<script id="texts" type="application/json">(.*?)</script>', page)
     assert json.loads(table)["texts"] == dict(read_texts(language).texts)
     assert ("operator page" in page.replace(table, "")) == (language == "en")
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Somebody says "avanza" in a quiet room now and then."""
+    folder = tmp_path_factory.mktemp("said")
+    render("avanza", "espeak-ng:es", folder / "avanza.wav")
+    return for_a_browser(folder / "avanza.wav", folder / "said.wav")
 
 
 @pytest.fixture(scope="module")
@@ -131,8 +140,14 @@ def test_a_spanish_robot_and_its_page_have_no_english(
         expect(page.locator("#log")).to_contain_text("bip bip. Te escucho")
         page.locator("#stop").click()
         expect(page.locator("#motion")).to_have_text("PARADO")
+        page.get_by_label("manos libres").check()
+        expect(page.locator("#motion")).to_have_text("ADELANTE 0.10 m/s")  # it was said
+        expect(page.locator("#heard .what")).to_have_text("avanza")
+        page.locator("#stop").click()
+        expect(page.locator("#motion")).to_have_text("PARADO")
         assert english_on(page, replies=False) == set()
         texts = page.locator("body").inner_text()
         assert not re.findall(r"(?i)\b(the|is|not|robot stops|drive|heard|say|and)\b", texts)
         assert robot.robot.commands()[:3] == ["empieza a escuchar", "avanza", "stop"]
+        assert "browser" in {event["source"] for event in robot.robot.of("utterance")}
     context.close()

@@ -17,6 +17,9 @@ from voz.language.pronunciation import PHONES
         ("l_ɑ̃_v_ˈɛ_ʁ", "l ɑ̃ v ɛ ʁ"),
         ("_a_v_ˈa_n_ts_ɑː", "a v a n ts ɑ"),  # a pause first
         ("k_w_ˈa_t__r_e", "k w a t r e"),
+        ("v_ˈʏ_ɾ_d_ə", "v ʏ ɾ d ə"),  # from espeak-ng 1.52 on
+        ("d_ˈʊɐ_ç", "d ʊɐ ç"),
+        ("t̪_w_ˈiː_t̪", "t w i t"),
         ("(en)_w_ˈɪ_n_d_əʊ_z_(de)", "w ɪ n d əʊ z"),  # a foreign word
         ("k_t_??_m_ɜ", "k t m ɜ"),  # a glottal stop
         ("p_a_ss_o", "p a s o"),
@@ -35,6 +38,7 @@ def test_each_phone_has_nearest_english_ones() -> None:
     assert all(near and PHONES.issuperset(near) for near in nearest_english().values())
     assert nearest_english().keys().isdisjoint(PHONES)
     assert known_phones() == PHONES | nearest_english().keys()
+    assert {"ʏ", "ʊɐ"} <= known_phones()  # only newer espeak-ng has them
 
 
 def test_phones_become_english_ones_but_those_that_are_kept() -> None:

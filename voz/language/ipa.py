@@ -18,8 +18,8 @@ PHONES_FILE = Path(__file__).with_name("nearest_english.tsv")
 """The nearest English phones of each phone that espeak-ng has in Spanish, French, Italian, German
 and Portuguese."""
 
-_NOT_A_PHONE = re.compile(r"\([a-z-]+\)|[ˈˌːʲʔ?-]")
-"""Stress, length, and what language a foreign word is of."""
+_NOT_A_PHONE = re.compile(r"\([a-z-]+\)|[ˈˌːʲʔ?\u0329\u032a-]")
+"""Stress, length, signs of a syllable or of the teeth, and what language a foreign word is of."""
 
 _TWICE = re.compile(r"(\w)\1")
 """A long phone of Italian."""

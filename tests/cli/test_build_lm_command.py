@@ -34,6 +34,16 @@ def test_without_a_list_that_of_voz_is_built(
         assert voz("build-lm", *options, "--check").out == "lm: up to date\n"
 
 
+def test_without_a_list_files_that_another_one_made_are_kept(
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.txt").write_text("open gripper\nclose gripper\n")
+    assert voz("build-lm", "mine.txt", "--out", "lm").code == 0
+    assert "lm/comandos_voz.txt: cannot be read" in voz("build-lm").complaint
+    assert "open gripper" in (tmp_path / "lm/comandos_voz.sent").read_text()
+
+
 def test_check_names_the_stale_files(voz: Any, own_commands: Path) -> None:
     folder = own_commands.parent
     assert voz("build-lm", own_commands).code == 0

@@ -105,9 +105,20 @@ def build_lm(
 
 
 def _list_here(language: str) -> Path:
-    from voz.language.language_files import packaged_files
+    """The list that is here; voz's own where there is none, nor files that another one made."""
+    from voz.language.language_files import (
+        PACKAGED_FOLDER,
+        LanguageFiles,
+        list_sources,
+        packaged_files,
+    )
 
-    return LIST_HERE if LIST_HERE.exists() else packaged_files(language).commands
+    files = LanguageFiles(LIST_HERE.parent)
+    made_from = [path.resolve() for path in list_sources(files)[:1]]
+    is_own = any(path.is_relative_to(PACKAGED_FOLDER.resolve()) for path in made_from)
+    if LIST_HERE.exists() or (files.dictionary.exists() and not is_own):
+        return LIST_HERE
+    return packaged_files(language).commands
 
 
 def _alternatives_line(names: Sequence[str]) -> str:

@@ -27,20 +27,14 @@ from wordfreq import top_n_list
 
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
-from voz.language.espeak import TIME_LIMIT, run_espeak
-from voz.language.ipa import known_phones
-
-ACCENTS = {
-    "es": ("es", "es-419"),
-    "fr": ("fr",),
-    "it": ("it",),
-    "de": ("de",),
-    "pt": ("pt", "pt-br"),
-}
-"""Of each language, as espeak-ng names them."""
+from voz.language.espeak import TIME_LIMIT, accents_of, written_by_espeak
+from voz.language.ipa import known_phones, parse_phones
 
 SHARES = {"es": 3, "fr": 4, "it": 1, "de": 1, "pt": 1}
 """How often each language is drawn."""
+
+ACCENTS = {language: accents_of(language) for language in SHARES} | {"pt": ("pt", "pt-br")}
+"""Of each language, as espeak-ng names them."""
 
 COMMON_WORDS = 8000
 """Words of a language that are read."""
@@ -168,25 +162,14 @@ def pronounced(texts: list[Text], rng: random.Random) -> list[Phrase]:
         by_accent.setdefault(rng.choice(ACCENTS[text.language]), []).append(text)
     found = []
     for accent, own in by_accent.items():
-        plain = run_espeak([each.text for each in own], accent)
-        stressed = with_stress([each.text for each in own], accent)
+        written = written_by_espeak([each.text for each in own], accent)
         found += [
-            Phrase(text, accent, plain[text.text], with_signs)
-            for text, with_signs in zip(own, stressed, strict=True)
-            if known_phones().issuperset(plain[text.text].split())
+            Phrase(text, accent, " ".join(parse_phones(line)), line.replace("_", ""))
+            for text, line in zip(own, written, strict=True)
+            if known_phones().issuperset(parse_phones(line))
         ]
     rng.shuffle(found)
     return found
-
-
-def with_stress(texts: list[str], accent: str) -> list[str]:
-    """The phones of texts as espeak-ng writes them, with stress."""
-    command = ["espeak-ng", "-q", "-b", "1", "--ipa", "-v", accent]
-    text = "".join(f"{text}\n" for text in texts)
-    done = subprocess.run(
-        command, input=text, capture_output=True, encoding="utf-8", timeout=TIME_LIMIT, check=True
-    )
-    return done.stdout.splitlines()
 
 
 def reader(engine: Engine, kokoro: Path, kept_aside: bool) -> Reader:
@@ -217,11 +200,8 @@ def pico_reader() -> Reader:
     nano = NanoTTS()
 
     def read(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]:
-        voice, speed, pitch = (
-            PICO_VOICES[phrase.text.language],
-            rng.uniform(0.8, 1.2),
-            rng.uniform(0.8, 1.2),
-        )
+        voice = PICO_VOICES[phrase.text.language]
+        speed, pitch = rng.uniform(0.8, 1.2), rng.uniform(0.8, 1.2)
         pcm = nano.speak(f"{phrase.text.text}.", voice, speed, pitch)
         return f"pico-{voice}", np.frombuffer(pcm, np.int16).astype(np.float32) / 32768, SAMPLE_RATE
 
@@ -230,7 +210,7 @@ def pico_reader() -> Reader:
 
 def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
     """Reads by Kokoro's voices, by those of the language more often."""
-    from kokoro import Kokoro
+    from kokoro import RATE, Kokoro  # as above
 
     engine = Kokoro(folder, kept_aside=kept_aside)
 
@@ -239,7 +219,7 @@ def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
         natives = [voice for voice in engine.voices if voice.startswith(letter)]
         voice = rng.choice(natives if natives and rng.random() < NATIVE_SHARE else engine.voices)
         sound = engine.read(f"{phrase.stressed}.", voice, rng.uniform(*KOKORO_SPEEDS))
-        return f"Kokoro-{voice}", sound, 24_000
+        return f"Kokoro-{voice}", sound, RATE
 
     return read
 

@@ -59,10 +59,17 @@ class Network(nn.Module):
         for name, tensor in self.named_parameters():
             tensor.requires_grad_(block == 0 or not name.startswith(kept))
 
+    def keeps_all_of(self, weights: Mapping[str, Floats32]) -> bool:
+        """Whether what does not learn is what a file of weights has."""
+        kept = [(name, t) for name, t in self.named_parameters() if not t.requires_grad]
+        return all(
+            torch.equal(t.cpu(), torch.tensor(weights[n.replace("/", ".")])) for n, t in kept
+        )
+
     def weights(self) -> dict[str, Floats32]:
         """The tensors as the file of weights has them; if some are kept, without those."""
         named = [(name, t) for name, t in self.named_parameters() if t.requires_grad]
-        if len(named) == len([*self.parameters()]):
+        if all(tensor.requires_grad for tensor in self.parameters()):
             named.append((FIXED, self.get_buffer(FIXED)))
         return {name.replace("/", "."): t.detach().cpu().numpy().copy() for name, t in named}
 

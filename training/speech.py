@@ -130,7 +130,9 @@ def _clip(folder: Path, row: Mapping[str, str], cmudict: bytes) -> Clip:
 
 def sounds_of(language: str) -> Mapping[str, Sequence[str]]:
     """The symbols of the network for each phone that the labels of a language may have."""
-    return read_phone_symbols(*([] if language == ENGLISH else [OTHER_PHONE_SYMBOLS_FILE]))
+    if language == ENGLISH:
+        return read_phone_symbols()
+    return read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)
 
 
 def _spoken(text: str, cmudict: bytes) -> tuple[str, ...]:

@@ -62,9 +62,8 @@ silence around them hears nothing in a stretch that begins with a word."""
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
 
-TRUST = {ENGLISH: 1.0}
 OTHER_TRUST = 0.2
-"""How much a teacher counts where phones are known: it was taught English."""
+"""How much the teacher, who was taught English, counts where phones of others are known."""
 
 AHEAD = 4
 """Batches that each worker mixes before they are needed."""
@@ -139,6 +138,9 @@ def teach(
         fail("too few speakers: some are held back to judge the network by; give more")
     student = Network(first.weights).to(device)
     student.keep_below(first_block)
+    base = read_network(DEFAULT_NETWORK)
+    if not student.keeps_all_of(base.weights):
+        fail(f"--first-block {first_block}: what lies below it differs from the network of voz")
     run = Run(
         student,
         Network(wise.weights).to(device).eval(),
@@ -149,7 +151,7 @@ def teach(
             symbols=first.description.symbols,
             origin=f"{first.description.origin}; taught {steps} steps, seed {seed}: {origin}",
             license=first.description.license,
-            base=first.fingerprint if first_block else None,
+            base=base.fingerprint if first_block else None,
         ),
     )
     batches = DataLoader(
@@ -244,7 +246,8 @@ class Run:
             group["lr"] = rate
         heard = self.student(batch.noisy.to(self.device))
         said, labels = self.taught(batch, heard.shape[1])
-        phones, trust = self.phones[batch.language], TRUST.get(batch.language, OTHER_TRUST)
+        phones = self.phones[batch.language]
+        trust = 1.0 if batch.language == ENGLISH else OTHER_TRUST
         parts = loss_of(heard, said, labels, phones, rng, most_trust=trust)
         self.optimizer.zero_grad()
         (parts[0] + parts[1]).backward()
@@ -327,7 +330,7 @@ def _in_turn(clips: Sequence[Clip]) -> list[Clip]:
     by_speaker: dict[str, list[Clip]] = {}
     for clip in clips:
         by_speaker.setdefault(clip.speaker, []).append(clip)
-    rounds = zip_longest(*by_speaker.values())
+    rounds = zip_longest(*(reversed(own) for own in by_speaker.values()))
     return [clip for each in rounds for clip in each if clip]
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from voz.errors import CommandsError, LanguageError
-from voz.language.espeak import pronounce_by_espeak, run_espeak
+from voz.language.espeak import pronounce_by_espeak, run_espeak, with_ipa
 from voz.language.ipa import known_phones
+from voz.language.pronunciation import LexiconEntry
 
 
 def fake_espeak(folder: Path, monkeypatch: pytest.MonkeyPatch, program: str) -> None:
@@ -104,3 +105,11 @@ def test_a_program_that_answers_something_else_is_an_error(
     fake_espeak(tmp_path, monkeypatch, program)
     with pytest.raises(error, match=message):
         pronounce_by_espeak({"para": "l:1"}, {}, "de")
+
+
+def test_a_model_of_the_users_gets_phones_for_the_network_but_not_in_english() -> None:
+    entries = {"stop": LexiconEntry(("S T AA P",), "dictionary.txt")}
+    assert with_ipa(entries, "es")["stop"].ipa
+    assert with_ipa(entries, "es")["stop"].phones == ("S T AA P",)
+    for language in ("en", "castellano"):
+        assert with_ipa(entries, language) == entries

@@ -12,7 +12,12 @@ from recordings import ROOT, Recording
 from training_programs import in_training
 
 from voz.language.ipa import known_phones
-from voz.recognition.network.phoneme_network import DEFAULT_NETWORK, PhonemeNetwork, read_network
+from voz.recognition.network.phoneme_network import (
+    DEFAULT_NETWORK,
+    OTHER_LANGUAGES,
+    PhonemeNetwork,
+    read_network,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -118,6 +123,15 @@ def test_other_languages_teach_the_upper_blocks_alone(speech: Path, tmp_path: Pa
         assert {name.split(".")[0] for name in written} == {"blocks", "last", "description"}
         assert {name.split(".")[1] for name in written if name.startswith("blocks")} == {"3"}
     assert PhonemeNetwork(out / "best.npz").log_probabilities(np.zeros(16000, np.int16)).any()
+    # The best of that run lacks what lies below its block 3, and may go on above it, not below.
+    more = ("--start", out / "best.npz", "--batch", 2, "--steps", 1)
+    done = in_training(TEACH, tmp_path / "on", *folders, *more, "--first-block", 3)
+    assert done.returncode == 0, done.stderr
+    PhonemeNetwork(tmp_path / "on" / "best.npz")
+    others = ("--start", OTHER_LANGUAGES, "--first-block", 2)
+    done = in_training(TEACH, tmp_path / "no", *folders, *others)
+    assert done.returncode == 2
+    assert "--first-block 2: what lies below it differs from the network of voz" in done.stderr
 
 
 def test_what_cannot_be_learned_from_is_one_line(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from voz.errors import CommandsError, LanguageError
 from voz.language.ipa import in_english, known_phones, parse_phones
 from voz.language.pronunciation import LexiconEntry
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE
-from voz.language.spoken_language import known_languages
+from voz.language.spoken_language import ENGLISH_NAMES, known_languages
 
 TIME_LIMIT = 60.0
 """For a whole list, s; 20,000 words take 2."""
@@ -74,9 +74,10 @@ def _entry(word: str, place: str, ways: Sequence[Sequence[str]], origin: str) ->
 def with_ipa(entries: dict[str, LexiconEntry], language: str) -> dict[str, LexiconEntry]:
     """Add phones for the network to words that an acoustic model of the user's pronounces.
 
-    Nothing is added in a language whose phones voz does not know, or without espeak-ng.
+    Nothing is added in a language whose phones voz does not know, in English, whose dictionary the
+    network hears, or without espeak-ng.
     """
-    if language not in {known.code for known in known_languages()}:
+    if language not in {known.code for known in known_languages()} - ENGLISH_NAMES:
         return entries
     try:
         heard = pronounce_by_espeak(dict.fromkeys(entries, ""), {}, language)
@@ -91,6 +92,12 @@ def run_espeak(words: Sequence[str], language: str) -> dict[str, str]:
     Returns:
         The phones of each word, such as "a β a n θ a".
     """
+    lines = written_by_espeak(words, language)
+    return {word: " ".join(parse_phones(line)) for word, line in zip(words, lines, strict=True)}
+
+
+def written_by_espeak(words: Sequence[str], language: str) -> list[str]:
+    """What espeak-ng writes for words, each alone, as `--sep=_` asks; raises LanguageError."""
     command = ["espeak-ng", "-q", "-b", "1", "--ipa", "--sep=_", "-v", language]
     try:
         done = subprocess.run(
@@ -115,4 +122,4 @@ def run_espeak(words: Sequence[str], language: str) -> dict[str, str]:
         )
     if len(lines) != len(words):
         raise LanguageError(f"espeak-ng read {len(words)} words and wrote {len(lines)}; update it")
-    return {word: " ".join(parse_phones(line)) for word, line in zip(words, lines, strict=True)}
+    return lines

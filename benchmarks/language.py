@@ -82,7 +82,7 @@ def recognizer_for(
     listed.write_text("".join(f"{text}\n" for text in commands), encoding="utf-8")
     spoken = configured_language(SpokenLanguage(name=language))
     build(listed, folder / language, read_list(listed, spoken))
-    settings = Recognition(network=str(network)) if network else Recognition()
+    settings = Recognition(network=str(network) if network else None)
     return Recognizer(LanguageFiles(folder / language), settings)
 
 
@@ -138,7 +138,7 @@ def main(
         clips = read_clips(folder / "manifest.tsv")
         around = read_clip(noise) if noise else None
         print(f"{machine()}\n")
-        print("| language | speaker | commands | right | and accepted | wrong | others obeyed |")
+        print("| language | speaker | commands | right | obeyed | wrong | others obeyed |")
         print("|---|---|---|---|---|---|---|")
         wrong = []
         for language in sorted({clip.language for clip in clips}):

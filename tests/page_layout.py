@@ -17,7 +17,7 @@ SCREENS = {
     "laptop": (1280, 800),
 }
 
-FORTY = """\
+DRIVING = """\
 start speech
 stop speech
 stop
@@ -29,6 +29,10 @@ rotate left
 rotate right
 speed up
 slow down
+"""
+
+MORE = {
+    "forty": """\
 point beer
 point cocacola
 fold arm
@@ -58,25 +62,15 @@ tell me the time
 what is your name
 count to ten
 dance
-"""
-
-SLOTS = """\
-start speech
-stop speech
-stop
-go forward
-go back
-turn left
-turn right
-rotate left
-rotate right
-speed up
-slow down
+""",
+    "slots": """\
 far: go {far: 0.5..3 by 0.5} metres
 bring: bring the {thing} to {place}
 thing = (red | green | yellow) cup | screwdriver | key
 place = kitchen | laboratory | charging station
-"""
+""",
+}
+"""What lists have beside these."""
 
 TABLES = {
     "forty": """\
@@ -119,7 +113,7 @@ def options(name: str, folder: Path) -> list[str]:
         return ["--language", language(name)]
     if name not in TABLES:
         return []
-    (folder / "commands.txt").write_text({"forty": FORTY, "slots": SLOTS}[name])
+    (folder / "commands.txt").write_text(DRIVING + MORE[name])
     build(folder / "commands.txt", folder / "lm")
     (folder / "voz.toml").write_text(f"[commands]\n{TABLES[name]}")
     return ["--lm", str(folder / "lm"), "--config", str(folder / "voz.toml")]

@@ -6,13 +6,13 @@
 #   sudo TARGETS=demo sh tools/try_systems.sh     `make demo` alone
 #
 # It needs debootstrap, for Ubuntu its ubuntu-archive-keyring too, 6 GB of disk a system, and half an hour. The
-# last commit is tried. What this computer tells pip and apt of certificates and mirrors holds there, too.
+# last commit is tried. What this computer tells pip of mirrors and certificates holds there, too.
 set -eu
 cd "$(dirname "$0")/.."
 
 folder=$(mktemp -d "${TMPDIR:-/tmp}/voz-systems.XXXXXX")
 mounted=
-trap 'for each in $mounted; do umount -l "$each"; done; rm -rf "$folder"' EXIT
+trap 'for each in $mounted; do umount -l "$each"; done; rm -rf --one-file-system "$folder"' EXIT
 
 mirror_of() {
     case "$1" in

@@ -61,6 +61,11 @@ def hold_to_talk(page: Page) -> None:
     expect(ear(page)).to_have_text("hearing you")
 
 
+def go_hands_free(page: Page) -> None:
+    page.get_by_label("hands-free").check()
+    expect(ear(page)).to_have_text("hearing you")
+
+
 @pytest.mark.realtime
 def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     robot: PageRobot, context: BrowserContext
@@ -139,8 +144,7 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
     )
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_label("hands-free").check()
-    expect(ear(page)).to_have_text("hearing you")
+    go_hands_free(page)
     since = robot.since
     tap(page, "go back")
     robot.robot.wait_for(moves, since)
@@ -155,8 +159,7 @@ def test_after_a_page_that_was_hands_free_the_next_one_is_not_deaf(
 ) -> None:
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_label("hands-free").check()
-    expect(ear(page)).to_have_text("hearing you")
+    go_hands_free(page)
     page.close()
     wait_until(lambda: robot.state["now"]["deaf"])  # sound was to come, and does not
     page = opened(context, robot.link)
@@ -361,8 +364,7 @@ def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives
 ) -> None:
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_label("hands-free").check()
-    expect(ear(page)).to_have_text("hearing you")
+    go_hands_free(page)
     since = robot.since
     page.evaluate(
         "() => { const work = () => { const end = Date.now() + 500; while (Date.now() < end); };"
@@ -399,8 +401,7 @@ def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: Browser
 def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, context: BrowserContext) -> None:
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_label("hands-free").check()
-    expect(ear(page)).to_have_text("hearing you")
+    go_hands_free(page)
     since = robot.since
     page.evaluate(HANGS)
     # On a slow machine the page is gone for the robot before the gap in its sound is noticed.

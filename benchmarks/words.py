@@ -33,7 +33,7 @@ from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles
-from voz.language.sentences.number_words import SMALL, TENS
+from voz.language.sentences.spelling import SMALL, TENS
 from voz.settings import Recognition
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from voz.config import default_commands
-from voz.control.bounded_motion import Place
 from voz.control.controller import ControllerState, Rules, change_rules
 from voz.control.messages import Beat, Halt, Health, Rehearsal, StopMotion, too_late
+from voz.control.motion import Place
 from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.events import Event, Partial, Utterance

@@ -15,8 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import voz
-from voz.api.microphone import MicrophoneUtterances
-from voz.api.recognizer import Recognizer
+from voz.api.recognizer import MicrophoneUtterances, Recognizer
 
 
 class Opaque:

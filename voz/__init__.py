@@ -29,9 +29,8 @@ from voz.errors import (
 
 if TYPE_CHECKING:
     from voz.api.controller import RobotController as Controller
-    from voz.api.listener import Listener
     from voz.api.load import load
-    from voz.api.recognizer import Recognizer
+    from voz.api.recognizer import Listener, Recognizer
     from voz.apps.batch.batch_decoder import Decoded, decode_many
     from voz.apps.batch.formats import read_results
     from voz.apps.web.client import Client
@@ -72,7 +71,7 @@ _WHERE = {
     "Decoded": "voz.apps.batch.batch_decoder",
     "ProgramEnded": "voz.events",
     "Event": "voz.events",
-    "Listener": "voz.api.listener",
+    "Listener": "voz.api.recognizer",
     "Partial": "voz.events",
     "Play": "voz.events",
     "PossibleCommand": "voz.events",

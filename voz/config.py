@@ -47,7 +47,7 @@ class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
 
     Attributes:
         lm: folder of the language files; None looks for `lm/` here, then in the package.
-        robot: who receives the motion, by the names in `voz.robot.kinds`.
+        robot: who receives the motion, by the names in `voz.robot.factory`.
         language: what is spoken.
         recognition: how commands are recognized.
         safety: the safety rules.

@@ -14,8 +14,7 @@ import soundfile
 from calls import VOZ
 from recordings import FIXTURES, ROOT, Recording
 
-from voz.apps.recordings.calibration import Said
-from voz.apps.recordings.enrollment import choose_prompts, read_saved_recordings
+from voz.apps.recordings.calibration import Said, choose_prompts, read_saved_recordings
 from voz.apps.recordings.manifest import MANIFEST_NAME, join_lines
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segmenter import segments

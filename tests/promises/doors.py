@@ -23,8 +23,7 @@ from promises.run import COMMANDS, LIST, ROS2_SOURCE, Do, Door, Given, Outcome, 
 from promises.sound import BLOCK, BLOCK_SECONDS, WORKED, Room, speech
 
 import voz
-from voz.api.listener import SettledUtterances
-from voz.api.microphone import in_background
+from voz.api.recognizer import SettledUtterances, in_background
 from voz.audio import SAMPLE_RATE
 from voz.control.messages import End
 from voz.events import Utterance
@@ -32,9 +31,8 @@ from voz.language.sentences.command_set import plain_commands
 from voz.run.clocks import BEATS_PER_SECOND, Source
 from voz.run.parts import by_items
 from voz.run.session import Session
-from voz.run.sources import BagContent, BagSentence, bag_items, typed_items
+from voz.run.sources import BagContent, BagSentence, TextCommands, bag_items, typed_items
 from voz.run.spec import RunSpec
-from voz.run.text_commands import TextCommands
 from voz.terminal.keyboard import TypedLine
 
 SPEAKING = 2.5

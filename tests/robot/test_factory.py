@@ -19,13 +19,14 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.console import ConsoleRobot
 from voz.robot.factory import (
+    ROBOTS,
+    RobotSetup,
     make_robots,
     need_real_time,
     open_mailboxes,
     open_robots,
     robot_names,
 )
-from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.simulation.simulator import SimulatedRobot
 
 

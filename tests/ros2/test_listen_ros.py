@@ -17,7 +17,7 @@ from voz.settings import Ros2
 pytestmark = pytest.mark.slow
 
 BREAKS = """
-from voz.run.text_commands import TextCommands
+from voz.run.sources import TextCommands
 take = TextCommands.take
 def breaks(self, text, *source):
     if text == "break":

@@ -19,7 +19,7 @@ from programs import PATIENCE, wait_until
 from voz.control.messages import Halt
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import plain_commands
-from voz.run.text_commands import TextCommands
+from voz.run.sources import TextCommands
 from voz.terminal.keyboard import (
     BACKSPACE,
     ENTER,

@@ -12,11 +12,11 @@ from typing import Any
 
 import msgspec
 
-from voz.api.microphone import MicrophoneUtterances
+from voz.api.recognizer import MicrophoneUtterances
 from voz.config import Config, default_commands, with_usual_names
-from voz.control.bounded_motion import Place
 from voz.control.controller import ControllerState, Rules, change_rules
 from voz.control.messages import Beat, End, StopMotion, too_late
+from voz.control.motion import Place
 from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.errors import ConfigError

@@ -79,7 +79,7 @@ def make_profile(
     """
     from rich.console import Console
 
-    from voz.apps.recordings.enrollment import read_recordings
+    from voz.apps.recordings.calibration import read_recordings
     from voz.apps.recordings.manifest import MANIFEST_NAME
     from voz.language.language_files import read_sentences
     from voz.recognition.engine import RecognitionEngine
@@ -127,8 +127,8 @@ def _record(
     recognizer: RecognitionEngine,
     console: Console,
 ) -> None:
-    from voz.apps.recordings.calibration import MIN_SENTENCES
-    from voz.apps.recordings.enrollment import (
+    from voz.apps.recordings.calibration import (
+        MIN_SENTENCES,
         choose_prompts,
         missing_prompts,
         read_saved_recordings,
@@ -157,7 +157,7 @@ def _record(
 
 def _warn_of_misheard(said: list[Said], recognizer: RecognitionEngine) -> None:
     """Warn of recordings that are not understood as their list says."""
-    from voz.apps.recordings.enrollment import check_recording
+    from voz.apps.recordings.calibration import check_recording
 
     for sentence in said:
         right, heard = check_recording(sentence.text, sentence.samples, recognizer)

@@ -217,8 +217,8 @@ def pictures_folder(page: Path) -> Path:
 
 def _write_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
     """Write the page and its pictures; return what was written."""
-    from voz.apps.evaluation.page import failures, sounds_of_failures, to_html
     from voz.apps.evaluation.plots import pictures
+    from voz.apps.evaluation.report import failures, sounds_of_failures, to_html
 
     drawn = pictures(evaluation.curves, evaluation.scores.commands)
     sounds = sounds_of_failures(failures(evaluation.results), tasks)

@@ -43,8 +43,12 @@ def view(
     Example: voz view drive.jsonl
     """
     require_page()
-    from voz.apps.recordings.sessions import read_recordings, read_session
-    from voz.apps.web.session_page import session_record, show_session
+    from voz.apps.web.session_page import (
+        read_recordings,
+        read_session,
+        session_record,
+        show_session,
+    )
     from voz.apps.web.web_server import open_page_address
     from voz.files import shown_path
 

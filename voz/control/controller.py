@@ -38,7 +38,6 @@ from voz.control.attention import (
     stay_awake,
     wake,
 )
-from voz.control.bounded_motion import Place
 from voz.control.messages import (
     Beat,
     ControllerMessage,
@@ -48,6 +47,7 @@ from voz.control.messages import (
     Renewal,
     StopMotion,
 )
+from voz.control.motion import Place
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import DEFAULT_STATE, HELP, TYPED_HELP, CommandTable, can_move

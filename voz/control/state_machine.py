@@ -13,14 +13,16 @@ from typing import NamedTuple, TypeAlias
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.bounded_motion import (
+from voz.control.motion import (
     BoundedMotion,
+    Motion,
     Place,
+    apply_step,
     begin_bounded,
+    halt,
     is_finished,
     update_bounded,
 )
-from voz.control.motion import Motion, apply_step, halt
 from voz.control.safety import apply_safety
 from voz.control.steps import Step, fill_slots
 from voz.control.table import DEFAULT_STATE, CommandTable, Steps, is_selection

@@ -32,7 +32,7 @@ from voz.language.pronunciation import (
 )
 from voz.language.rival_words import everyday_words, find_rivals, neighbors
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.number_words import ENGLISH
+from voz.language.sentences.spelling import ENGLISH
 from voz.language.sentences.templates import TemplateSource, in_language
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, error_at
 from voz.language.similarity import (

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import islice
+from dataclasses import dataclass, replace
+from itertools import islice, product
 
 from voz.errors import CommandsError
-from voz.language.sentences.alternatives import by_commands
 from voz.language.sentences.command_set import Commands, Meaning, SlotReader
 from voz.language.sentences.expression import (
     NO_WORDS,
+    Choice,
+    Concatenation,
     Expression,
     NumberRange,
+    Permutation,
     ResolvedReference,
     Size,
     Word,
     children,
     default_name,
+    may_be_empty,
+    numbers_in,
     size,
     tagged_wordings,
 )
 from voz.language.sentences.templates import (
+    Advice,
     Definition,
     Template,
     TemplateSource,
@@ -257,3 +262,49 @@ def _names(item: Expression, seen: set[int]) -> Iterator[ResolvedReference]:
         yield item
     for inner in children(item):
         yield from _names(inner, seen)
+
+
+MAX_COMMANDS_OF_TEMPLATE = 500
+"""More alternatives are a slot, or have a name that the user forgot."""
+
+
+def by_commands(templates: Iterable[Template], advice: Advice) -> list[Template]:
+    """Split each template without a name into those of its commands; raises CommandsError."""
+    return [one for template in templates for one in _commands(template, advice)]
+
+
+def _commands(template: Template, advice: Advice) -> list[Template]:
+    if template.command is not None:
+        return [template]
+    each = list(islice(_meanings(template.expression), MAX_COMMANDS_OF_TEMPLATE + 1))
+    if len(each) > MAX_COMMANDS_OF_TEMPLATE:
+        raise error_at(
+            template.place,
+            f"makes more than {MAX_COMMANDS_OF_TEMPLATE} commands; {advice.name}",
+        )
+    return [replace(template, expression=one) for one in each]
+
+
+def _meanings(item: Expression) -> Iterator[Expression]:
+    """Yield expressions with one meaning each, which together have the same sentences."""
+    if isinstance(item, Choice) and not (item.synonyms or may_be_empty(item)):
+        for one in item.items:
+            yield from _meanings(one)
+    elif isinstance(item, Concatenation | Permutation):
+        for parts in product(*(_some_meanings(one) for one in item.items)):
+            yield replace(item, items=parts)
+    elif isinstance(item, NumberRange):
+        for number in numbers_in(item):
+            yield replace(item, first=number, last=number)
+    elif isinstance(item, ResolvedReference) and item.kind == "rule":
+        whole = list(_some_meanings(item.item))
+        if len(whole) == 1:
+            yield item
+        else:
+            yield from whole
+    else:
+        yield item
+
+
+def _some_meanings(item: Expression) -> list[Expression]:
+    return list(islice(_meanings(item), MAX_COMMANDS_OF_TEMPLATE + 1))

@@ -30,7 +30,7 @@ from voz.language.sentences.expression import (
     numbers_in,
     size,
 )
-from voz.language.sentences.number_words import wordings
+from voz.language.sentences.spelling import wordings
 
 GRAMMAR_NAME = "comandos_voz"
 

@@ -29,8 +29,7 @@ from voz.language.sentences.command_set import (
     decode_commands,
     plain_commands,
 )
-from voz.language.sentences.number_words import ENGLISH
-from voz.language.sentences.spelling import COMBINING_SIGN, MAX_WORD_LETTERS
+from voz.language.sentences.spelling import COMBINING_SIGN, ENGLISH, MAX_WORD_LETTERS
 from voz.language.sentences.text_lines import MAX_TEXT_BYTES
 from voz.language.spoken_language import LanguageInfo, english
 from voz.settings import SpokenLanguage

@@ -23,7 +23,7 @@ from voz.language.phone_distances import PhoneDistances, read_distances
 from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import Neighbor, nearest
-from voz.language.sentences.number_words import wordings
+from voz.language.sentences.spelling import wordings
 
 UNRELATED_LOSS = 7.5
 """Nats per frame, on average, of a phone explained by one with nothing in common."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from difflib import SequenceMatcher
 from typing import TYPE_CHECKING
 
-from voz.control.bounded_motion import Place
+from voz.control.motion import Place
 from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 

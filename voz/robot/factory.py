@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from voz.control.bounded_motion import Place
+from voz.control.motion import Place
 from voz.errors import ConfigError, RobotError
 from voz.robot.base import Robot, check_receives
 from voz.robot.kinds import ROBOTS, RobotSetup

@@ -22,8 +22,8 @@ from voz.ros1.node import Ros1Node, load_rospy, watchdog_arguments
 from voz.ros1.parameters import choice, switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
+from voz.run.dispatcher import QueuedReceiver
 from voz.run.parts import open_speaker, speaker_receiver, start_programs
-from voz.run.queued import QueuedReceiver
 from voz.run.session import Session, SpeechInput
 from voz.run.spec import RunSpec
 from voz.settings import Speech

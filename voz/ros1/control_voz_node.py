@@ -19,7 +19,7 @@ from voz.ros1.node import Ros1Node, run_node, subscribe
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock, warn
 from voz.run.command_check import begins_listening, check_list, matched_settings
-from voz.run.text_commands import TextCommands
+from voz.run.sources import TextCommands
 
 RECOGNIZER_TIMEOUT = 0.35
 """Limit for messages on `trouble`, s; with the beat, half a second."""

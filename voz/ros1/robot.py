@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
 from typing import Any
 
-from voz.control.bounded_motion import Place, place_from_odometry
+from voz.control.motion import Place, place_from_odometry
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Event, Notice, Twist, Utterance

@@ -9,7 +9,7 @@ from typing import Any
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 
-from voz.control.bounded_motion import Place, place_from_odometry
+from voz.control.motion import Place, place_from_odometry
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.robot_process import RobotSpec

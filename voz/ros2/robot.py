@@ -10,7 +10,7 @@ from uuid import UUID
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 
-from voz.control.bounded_motion import Place
+from voz.control.motion import Place
 from voz.control.table import CommandTable
 from voz.events import Event, Notice, Twist, Utterance
 from voz.robot.console import motion_in_words

@@ -15,7 +15,7 @@ from voz.recognition.engine import RecognitionEngine
 from voz.run.command_reload import CommandReload, SettingsFile
 from voz.run.parts import hear_answers, speak_replies, start_programs
 from voz.run.session import Session, SpeechInput
-from voz.run.text_commands import TextCommands
+from voz.run.sources import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal

@@ -13,8 +13,8 @@ from msgspec.structs import replace as replace_fields
 from voz.events import Attention, Event, Partial, Play, ProgramEnded, Receiver, Reply, Utterance
 from voz.inbox import Inbox
 from voz.run.clocks import Clock, PacedClock, RecordedClock, Source, pace
+from voz.run.dispatcher import QueuedReceiver
 from voz.run.programs import Programs
-from voz.run.queued import QueuedReceiver
 from voz.run.session import Session
 from voz.run.spec import Part, RunSpec
 from voz.settings import Speech

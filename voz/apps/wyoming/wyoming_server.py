@@ -16,7 +16,7 @@ from wyoming.event import Event
 from wyoming.info import AsrModel, AsrProgram, Describe, Info
 
 from voz import __version__
-from voz.api.listener import ARRAY, Listener
+from voz.api.recognizer import ARRAY, Listener
 from voz.apps.servers.connections import ConnectionGuard
 from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving

@@ -14,8 +14,8 @@ from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
-from voz.language.sentences.number_words import ENGLISH
 from voz.language.sentences.spelling import (
+    ENGLISH,
     first_wording,
     normalize,
     plain_form,

@@ -9,7 +9,7 @@ from functools import lru_cache
 from math import factorial, prod
 from typing import Literal, NamedTuple, TypeAlias
 
-from voz.language.sentences.number_words import ENGLISH, wordings
+from voz.language.sentences.spelling import ENGLISH, wordings
 from voz.language.sentences.text_lines import Location, error_at
 
 DefinitionKind = Literal["rule", "list"]

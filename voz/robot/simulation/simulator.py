@@ -9,7 +9,7 @@ from typing import NamedTuple
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.bounded_motion import Place
+from voz.control.motion import Place
 from voz.events import Event, Notice, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.simulation.world import WorldState, gap, start, step

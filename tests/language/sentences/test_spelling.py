@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.language.sentences.number_words import wordings
+from voz.language.sentences.spelling import wordings
 
 
 @pytest.mark.parametrize(

@@ -28,9 +28,9 @@ from voz.errors import (
 )
 
 if TYPE_CHECKING:
-    from voz.api.controller import RobotController as Controller
     from voz.api.load import load
     from voz.api.recognizer import Listener, Recognizer
+    from voz.api.robot_controller import RobotController as Controller
     from voz.apps.batch.batch_decoder import Decoded, decode_many
     from voz.apps.batch.formats import read_results
     from voz.apps.web.client import Client
@@ -67,7 +67,7 @@ _WHERE = {
     "CallFunction": "voz.events",
     "Client": "voz.apps.web.client",
     "Config": "voz.config",
-    "Controller": "voz.api.controller:RobotController",
+    "Controller": "voz.api.robot_controller:RobotController",
     "Decoded": "voz.apps.batch.batch_decoder",
     "ProgramEnded": "voz.events",
     "Event": "voz.events",

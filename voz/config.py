@@ -31,7 +31,7 @@ from voz.settings import (
     Speech,
     SpokenLanguage,
 )
-from voz.texts.tables import language_of, text
+from voz.texts import language_of, text
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -14,7 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.records import CheckedRecord, Finite, Fraction, Int16, Int64
-from voz.texts.tables import ENGLISH, text
+from voz.texts import ENGLISH, text
 
 YES, NO = "yes", "no"
 """What may be said to a question."""

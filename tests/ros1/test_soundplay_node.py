@@ -12,7 +12,7 @@ import soundfile
 from loudspeaker import Recorder, is_silent, recording
 from ros1.ros import Client, Program, Ros, eventually
 
-from voz.ros1.messages import ALL, DEFINITION, ONCE, PLAY_FILE, SAY, START, STOP
+from voz.ros1.own_messages import ALL, DEFINITION, ONCE, PLAY_FILE, SAY, START, STOP
 
 TONE = 880.0
 """Hz, of the file that is played."""

@@ -40,7 +40,7 @@ class Gate:
         monkeypatch.setattr(
             "voz.speech.sound_client.SoundClient.close", lambda _: self.closed.set()
         )
-        monkeypatch.setattr("voz.audio.mixer.Mixer.prepare", lambda _: None)
+        monkeypatch.setattr("voz.audio.loudspeaker.Mixer.prepare", lambda _: None)
         monkeypatch.setattr("voz.speech.reply_speaker.is_cached", lambda text, voice: True)
 
     def say(self, text: str) -> None:

@@ -25,8 +25,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 from programs import PATIENCE, wait_until
 
-from voz.audio.loudspeaker import Loudspeaker
-from voz.audio.mixer import Mixer
+from voz.audio.loudspeaker import Loudspeaker, Mixer
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError

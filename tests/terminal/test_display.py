@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
+from voz import texts
 from voz.events import Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.terminal.display import KEYS_HELP, MAX_LINES, TYPING_HELP, Display
-from voz.texts import tables as texts
 
 
 def shown(display: Display, colors: bool = False) -> str:

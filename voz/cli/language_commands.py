@@ -30,7 +30,7 @@ def commands(
     """
     from importlib.resources import files
 
-    from voz.apps.card.command_card import card_lines, card_page, command_card
+    from voz.apps.command_card import card_lines, card_page, command_card
     from voz.files import shown_path
     from voz.language.language_files import list_sources, read_commands
     from voz.language.patterns import read_patterns
@@ -68,7 +68,7 @@ def parse(
     import msgspec
 
     from voz.language.language_files import read_commands
-    from voz.texts.tables import language_of, text
+    from voz.texts import language_of, text
 
     settings = options.settings()
     commands = read_commands(options.language(settings))

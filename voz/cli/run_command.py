@@ -18,7 +18,7 @@ from voz.cli.text_io import info, open_text, warn
 from voz.errors import AudioError, CommandsError, ConfigError
 from voz.files import data_folder
 from voz.process.signals import SOME_UNREADABLE
-from voz.texts.tables import language_of, text
+from voz.texts import language_of, text
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder

@@ -16,16 +16,13 @@ from voz.cli.audio_commands import devices, say, sound
 from voz.cli.build_lm_command import build_lm
 from voz.cli.calibrate_command import calibrate
 from voz.cli.decode_command import decode, merge
-from voz.cli.doctor_command import doctor
 from voz.cli.eval_command import evaluate, fit_confidence
 from voz.cli.language_commands import commands, languages, parse
-from voz.cli.new_command import new
 from voz.cli.options import CommandGroup
 from voz.cli.run_command import run
-from voz.cli.serve_command import serve
-from voz.cli.service_command import service
+from voz.cli.serve_commands import serve, view
+from voz.cli.setup_commands import doctor, new, service
 from voz.cli.text_io import info, show, writing_results
-from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError
 from voz.process.signals import SIGNAL_EXIT_CODE, WRONG_CALL
 

@@ -23,7 +23,7 @@ from msgspec.structs import replace
 from voz.control.table import CommandTable, can_move
 from voz.events import NO, YES, PossibleCommand, Utterance
 from voz.settings import Ask
-from voz.texts.tables import ENGLISH, text
+from voz.texts import ENGLISH, text
 
 AWAKE_SECONDS = 8.0
 """After its name a robot is awake for this time."""

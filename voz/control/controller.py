@@ -63,7 +63,7 @@ from voz.events import (
     Utterance,
 )
 from voz.settings import Ask, Safety
-from voz.texts.tables import ENGLISH, list_texts, text
+from voz.texts import ENGLISH, list_texts, text
 
 MAX_HELP_SHOWN = 12
 """Sentences that a typed `help` shows."""

@@ -25,7 +25,7 @@ from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
 from voz.language.spoken_language import LanguageInfo, OtherLanguage, check_acoustic_model
 from voz.settings import Recognition
-from voz.texts.tables import ENGLISH, language_of, text
+from voz.texts import ENGLISH, language_of, text
 
 
 @dataclass(frozen=True)

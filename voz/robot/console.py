@@ -24,7 +24,7 @@ from voz.events import (
 )
 from voz.printable import printable
 from voz.robot.base import Robot
-from voz.texts.tables import ENGLISH, list_texts, text, translate
+from voz.texts import ENGLISH, list_texts, text, translate
 
 
 class ConsoleRobot(Robot):

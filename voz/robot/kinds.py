@@ -61,7 +61,7 @@ class RobotKind:
 
 def _console(setup: RobotSetup) -> Robot:
     from voz.robot.console import ConsoleRobot
-    from voz.texts.tables import language_of
+    from voz.texts import language_of
 
     language = language_of(setup.settings.language.name)
     return ConsoleRobot(setup.stream, setup.verbose, language)

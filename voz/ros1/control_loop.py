@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from voz.audio.mixer import Mixer
+from voz.audio.loudspeaker import Mixer
 from voz.config import Config
 from voz.control.messages import End
 from voz.control.table import CommandTable
@@ -18,8 +18,13 @@ from voz.printable import printable
 from voz.robot.console import attention_changes, in_words
 from voz.robot.factory import open_mailboxes
 from voz.robot.robot_process import RobotProcess, RobotSpec
-from voz.ros1.node import Ros1Node, load_rospy, watchdog_arguments
-from voz.ros1.parameters import choice, switch
+from voz.ros1.node import (
+    Ros1Node,
+    choice_parameter,
+    load_rospy,
+    switch_parameter,
+    watchdog_arguments,
+)
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.dispatcher import QueuedReceiver
@@ -76,7 +81,7 @@ def run_node_session(
 
     spec = RunSpec(
         settings=settings,
-        listening=listening or bool(switch("listening")),
+        listening=listening or bool(switch_parameter("listening")),
         inbox=inbox,
         clock=lambda _: clock,
         outputs=[connect],
@@ -112,7 +117,7 @@ def replies(
     settings: Speech, table: CommandTable, warn: Callable[[str], None]
 ) -> Iterator[Replies]:
     """Let the replies be said, by `~sound`: `voz`, `ros` or `none`; render the known ones first."""
-    sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
+    sound = choice_parameter("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])
         return
@@ -126,7 +131,7 @@ def replies(
 def _replies_on_robotsound(voice: str) -> Receiver:
     from rospy import Publisher
 
-    from voz.ros1.messages import ONCE, PLAY_FILE, SAY, TOPIC, sound_request
+    from voz.ros1.own_messages import ONCE, PLAY_FILE, SAY, TOPIC, sound_request
     from voz.speech.builtin_sounds import BuiltinSound
 
     kind = sound_request()

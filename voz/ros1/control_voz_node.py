@@ -14,9 +14,8 @@ from voz.language.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.spelling import normalize
 from voz.ros1.control_loop import replies, run_node_session
-from voz.ros1.messages import RecognizerStatus, parse_status
-from voz.ros1.node import Ros1Node, run_node, subscribe
-from voz.ros1.parameters import read_settings
+from voz.ros1.node import Ros1Node, read_settings, run_node, subscribe
+from voz.ros1.own_messages import RecognizerStatus, parse_status
 from voz.run.clocks import WallClock, warn
 from voz.run.command_check import begins_listening, check_list, matched_settings
 from voz.run.sources import TextCommands

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
+from voz.config import Config, load_config, overridden
 from voz.errors import ConfigError, RobotError, VozError
 from voz.printable import printable
 from voz.process import signals
@@ -279,3 +280,66 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
         if signals.is_audio_thread_left():
             signals.force_exit(code)
     sys.exit(code)
+
+
+TRUE_WORDS, FALSE_WORDS = ("true", "1", "yes"), ("false", "0", "no")
+
+
+def text_parameter(name: str) -> str | None:
+    """Read a parameter as text; None if it is not set, or empty. Raises RobotError."""
+    try:
+        value = load_rospy().get_param(f"~{name}", "")
+    except OSError as error:
+        raise RobotError(f"the ROS master does not answer ({error}); is it running?") from error
+    return str(value).strip() or None
+
+
+def number_parameter(name: str) -> float | None:
+    """Read a parameter that is a number; raises ConfigError if it is none."""
+    value = text_parameter(name)
+    try:
+        return None if value is None else float(value)
+    except ValueError:
+        raise ConfigError(f"~{name}: {value} is not a number; correct the parameter") from None
+
+
+def switch_parameter(name: str) -> bool | None:
+    """Read a parameter that is true or false; raises ConfigError if it is neither."""
+    value = text_parameter(name)
+    if value is None or value.lower() in TRUE_WORDS + FALSE_WORDS:
+        return None if value is None else value.lower() in TRUE_WORDS
+    raise ConfigError(f"~{name}: {value} is neither true nor false; correct the parameter")
+
+
+def choice_parameter(name: str, among: tuple[str, ...]) -> str:
+    """Read a parameter that is one of some words; the first if it is not set."""
+    value = text_parameter(name) or among[0]
+    if value not in among:
+        raise ConfigError(f"~{name}: {value} is none of {', '.join(among)}; correct the parameter")
+    return value
+
+
+def read_settings(**speech: Any) -> Config:
+    """Read `~config`, a voz.toml, and put the parameters that have its names in their place.
+
+    Args:
+        speech: settings of how the robot answers.
+
+    Raises:
+        ConfigError: a value cannot be.
+        RobotError: the master does not answer.
+    """
+    file = text_parameter("config")
+    return overridden(
+        load_config(Path(file)) if file else Config(),
+        {
+            "recognition": {
+                "search": text_parameter("search"),
+                "threshold": number_parameter("threshold"),
+            },
+            "safety": {"enabled": switch_parameter("safety")},
+            "speech": {"voice": text_parameter("voice"), **speech},
+        },
+        "a parameter of the node",
+        "correct it",
+    )

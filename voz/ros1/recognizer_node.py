@@ -14,10 +14,9 @@ from voz.hearing.microphone_thread import Hearing
 from voz.inbox import Inbox
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import log_receiver
-from voz.ros1.messages import RecognizerStatus
-from voz.ros1.microphone import load_recognizer, make_hearing
-from voz.ros1.node import Ros1Node, run_node
-from voz.ros1.parameters import read_settings
+from voz.ros1.node import Ros1Node, read_settings, run_node
+from voz.ros1.node_recognizer import load_recognizer, make_hearing
+from voz.ros1.own_messages import RecognizerStatus
 from voz.run.clocks import WallClock
 
 TROUBLE_INTERVAL = 0.1

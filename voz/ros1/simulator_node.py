@@ -9,8 +9,7 @@ from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
 from voz.robot.simulation.simulator import SimulatedRobot
-from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
-from voz.ros1.parameters import read_settings
+from voz.ros1.node import Ros1Node, load_rospy, read_settings, run_node, subscribe
 from voz.ros1.robot import Ros1OdometryPublisher
 
 ODOMETRY_PERIOD = 0.05

@@ -8,7 +8,8 @@ from typing import Any, NoReturn
 
 from voz.errors import AudioError, VozError
 from voz.printable import shown_value
-from voz.ros1.messages import (
+from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
+from voz.ros1.own_messages import (
     ALL,
     ONCE,
     PLAY_FILE,
@@ -18,7 +19,6 @@ from voz.ros1.messages import (
     TOPIC,
     sound_request,
 )
-from voz.ros1.node import Ros1Node, load_rospy, run_node, subscribe
 from voz.speech.sound_client import SoundClient
 from voz.speech.synthesis import ESPEAK_PREFIX, is_espeak
 

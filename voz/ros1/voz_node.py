@@ -7,9 +7,8 @@ from typing import NoReturn
 
 from voz.inbox import Inbox
 from voz.ros1.control_loop import replies, run_node_session
-from voz.ros1.microphone import load_recognizer, make_hearing
-from voz.ros1.node import Ros1Node, run_node
-from voz.ros1.parameters import read_settings
+from voz.ros1.node import Ros1Node, read_settings, run_node
+from voz.ros1.node_recognizer import load_recognizer, make_hearing
 from voz.run.clocks import WallClock, warn
 from voz.run.command_check import begins_listening, check_list
 from voz.run.parts import answer_receiver

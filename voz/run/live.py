@@ -19,7 +19,7 @@ from voz.run.sources import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
-from voz.texts.tables import language_of, list_texts, text
+from voz.texts import language_of, list_texts, text
 
 PAGE = "the operator's page"
 

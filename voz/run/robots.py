@@ -14,7 +14,7 @@ from voz.robot.base import Robot
 from voz.robot.console import in_words
 from voz.run.session import Session
 from voz.terminal.live_terminal import LiveTerminal
-from voz.texts.tables import ENGLISH
+from voz.texts import ENGLISH
 
 if TYPE_CHECKING:
     from voz.robot.simulation.simulator import SimulatedRobot

@@ -24,7 +24,7 @@ from voz.process.signals import defer_signals
 from voz.run.clocks import BEATS_PER_SECOND, Clock, warn
 from voz.run.dispatcher import Dispatcher
 from voz.run.spec import RunSpec
-from voz.texts.tables import language_of
+from voz.texts import language_of
 
 if TYPE_CHECKING:
     from voz.hearing.microphone_thread import Hearing, SoundRecorder

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from voz.audio.mixer import Mixer
+from voz.audio.loudspeaker import Mixer
 from voz.audio.playback import PLAYBACK_RATE, PlayingSound, Wave, trim_leading_silence
 from voz.audio.sound_files import read_sound
 from voz.errors import AudioError, SpeechError, VozError

@@ -16,7 +16,7 @@ from voz.audio.recording_level import MIN_SNR
 from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, explain_not_obeyed
 from voz.printable import printable
 from voz.robot.console import motion_in_words
-from voz.texts.tables import ENGLISH, text, translate
+from voz.texts import ENGLISH, text, translate
 
 MAX_LINES = 6
 """Utterances and warnings that are shown."""

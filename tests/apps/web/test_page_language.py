@@ -17,7 +17,7 @@ from spanish import spanish_robot
 from voz.apps.web.page_language import page_html, preferred_language
 from voz.config import default_commands
 from voz.speech.synthesis import render
-from voz.texts.tables import PLACEHOLDER, languages, pattern, read_texts, text
+from voz.texts import PLACEHOLDER, languages, pattern, read_texts, text
 
 
 @pytest.mark.parametrize(

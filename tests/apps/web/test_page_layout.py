@@ -12,7 +12,7 @@ from operator_page import page_robot
 from page_layout import LISTS, SCREENS, scenes
 from playwright.sync_api import Browser, Page, expect
 
-from voz.texts.tables import text
+from voz.texts import text
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 

@@ -18,8 +18,8 @@ from recordings import FIXTURES
 
 from voz.api.recognizer import Recognizer
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.loudspeaker import Mixer
 from voz.audio.microphone import open_microphone
-from voz.audio.mixer import Mixer
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.sound_files import read_sound
 from voz.events import Utterance

@@ -16,8 +16,8 @@ from voz.apps.doctor.finding import Finding, failed
 from voz.apps.doctor.ros1_checks import check_ros1, open_ros1_base
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.channels import OUT_OF_PHASE
+from voz.audio.loudspeaker import Mixer
 from voz.audio.microphone import choose_microphone, open_microphone
-from voz.audio.mixer import Mixer
 from voz.audio.playback import PLAYBACK_RATE
 from voz.audio.recording_level import Fault, measure_level
 from voz.config import Config

@@ -15,8 +15,7 @@ from voz.apps.doctor.base_stop_check import (
 from voz.apps.doctor.finding import Finding, senders_finding
 from voz.events import Twist
 from voz.ros2.base_topics import Ros2OdometryListener, VelocityTopic
-from voz.ros2.discovery import domain_number
-from voz.ros2.node import Ros2Node
+from voz.ros2.node import Ros2Node, domain_number
 from voz.ros2.subscribers import MatchedReaders, OtherWriters
 from voz.settings import Ros2
 

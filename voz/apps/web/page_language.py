@@ -11,7 +11,7 @@ from pathlib import Path
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
-from voz.texts.tables import ENGLISH, languages, pattern, read_texts, text
+from voz.texts import ENGLISH, languages, pattern, read_texts, text
 
 PAGE_FILES = Path(__file__).with_name("page")
 

@@ -50,7 +50,7 @@ from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands, Parse
 from voz.run.clocks import Clock, warn
 from voz.run.sources import parsed_utterance
-from voz.texts.tables import language_of, translate
+from voz.texts import language_of, translate
 
 WYOMING_SOURCE = "wyoming"
 """The source of a command that was given there."""

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from voz.audio.loudspeaker import Mixer
 from voz.audio.microphone import PULSE_DEVICE, SOURCE_VARIABLE
-from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.errors import LanguageError
 from voz.files import is_file
@@ -31,8 +31,7 @@ from voz.language.language_files import (
 from voz.language.spoken_language import configured_language
 from voz.recognition.engine import RecognitionEngine
 from voz.recognition.profiles import load_profile
-from voz.ros1.node import load_rospy
-from voz.ros1.parameters import text
+from voz.ros1.node import load_rospy, text_parameter
 from voz.run.command_check import matched_settings
 from voz.settings import SpokenLanguage
 
@@ -52,7 +51,11 @@ def find_or_make_language(
         folder: an empty folder for new files.
         spoken: the language that voz.toml names; None is English.
     """
-    commands, lm, dictionary = text("commands"), text("lm"), text("dict")
+    commands, lm, dictionary = (
+        text_parameter("commands"),
+        text_parameter("lm"),
+        text_parameter("dict"),
+    )
     if commands:
         given = read_list(Path(commands), configured_language(spoken) if spoken else None)
         return LanguageFiles(folder), build(Path(commands), folder, given).warnings
@@ -113,7 +116,7 @@ def load_recognizer(settings: Config) -> tuple[Config, RecognitionEngine]:
         language, warnings = find_or_make_language(settings.lm, Path(folder), settings.language)
         for warning in warnings:
             load_rospy().logwarn(warning)
-        profile = text("profile")
+        profile = text_parameter("profile")
         known = load_profile(profile, load_rospy().logwarn) if profile else None
         recognizer = RecognitionEngine(language, settings.recognition, known)
     return matched_settings(settings, recognizer.commands), recognizer
@@ -142,7 +145,7 @@ def make_hearing(
 
 def _device() -> str | None:
     """Return the microphone: `~device` as in `voz run`, or `~mic_name`, a PulseAudio source."""
-    device, source = text("device"), text("mic_name")
+    device, source = text_parameter("device"), text_parameter("mic_name")
     if device or not source:
         return device
     os.environ[SOURCE_VARIABLE] = source

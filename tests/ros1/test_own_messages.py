@@ -11,7 +11,7 @@ ROS_PYTHON = ROOT / "ros" / "python"
 
 def test_its_md5_is_that_of_sound_plays_definition() -> None:
     program = (
-        "from voz.ros1.messages import sound_request\n"
+        "from voz.ros1.own_messages import sound_request\n"
         "kind = sound_request()\n"
         "print(kind._type, kind._md5sum, *kind.__slots__, *kind._slot_types)"
     )

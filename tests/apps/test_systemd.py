@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import ROOT
 
-from voz.apps.service.systemd import unit_text
+from voz.apps.systemd import unit_text
 
 WORDS = st.text(st.characters(exclude_categories=["C"]), min_size=1, max_size=20)
 

@@ -13,7 +13,7 @@ from recordings import ROOT
 
 from voz.apps.web.page_language import PAGE_FILES, SHOWN
 from voz.config import default_commands
-from voz.texts.tables import (
+from voz.texts import (
     ENGLISH,
     PLACEHOLDER,
     language_of,

@@ -1,1 +1,0 @@
-"""voz as a service of systemd's, which starts with the computer: `voz service`."""

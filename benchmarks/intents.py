@@ -61,25 +61,16 @@ class Clip(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What became of a clip.
+    """What became of a clip."""
 
-    Attributes:
-        accepted: as the benchmark counts.
-        wrong: another order was obeyed, or one with a slot too many.
-        right: it was heard right, obeyed or not.
-        asked: nothing was obeyed, and a robot that asks back would ask whether it was this order.
-        seconds: how much sound there was.
-        cpu: what it took, s.
-        heard: what was heard, for people.
-    """
-
-    accepted: bool
-    wrong: bool
-    right: bool
+    accepted: bool  # as the benchmark counts
+    wrong: bool  # another order was obeyed, or one with a slot too many
+    right: bool  # it was heard right, obeyed or not
+    # nothing was obeyed, and a robot that asks back would ask whether it was this order
     asked: bool
-    seconds: float
-    cpu: float
-    heard: str
+    seconds: float  # how much sound there was
+    cpu: float  # what it took, s
+    heard: str  # what was heard, for people
 
 
 def clips(folder: Path, noises: Sequence[Path | None], levels: Sequence[int]) -> list[Clip]:

@@ -66,25 +66,15 @@ def _band(sound: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class EchoPath:
-    """How a reply comes from the samples that are played to the microphone.
+    """How a reply comes from the samples that are played to the microphone."""
 
-    Attributes:
-        name: for tables.
-        loudspeaker: its distortion.
-        late: delay of the sound system, s.
-        drift: how much slower the loudspeaker's clock is, of the time.
-        beside: whether the microphone is beside the loudspeaker.
-        hall: whether the room is a hall.
-        spoken_before: whether the same reply was said just before.
-    """
-
-    name: str
-    loudspeaker: Callable[[Floats], Floats]
-    late: float = 0.06
-    drift: float = 0.0
-    beside: bool = False
-    hall: bool = False
-    spoken_before: bool = False
+    name: str  # for tables
+    loudspeaker: Callable[[Floats], Floats]  # its distortion
+    late: float = 0.06  # delay of the sound system, s
+    drift: float = 0.0  # how much slower the loudspeaker's clock is, of the time
+    beside: bool = False  # whether the microphone is beside the loudspeaker
+    hall: bool = False  # whether the room is a hall
+    spoken_before: bool = False  # whether the same reply was said just before
 
     def echo(self, played: Floats, power: float, rng: np.random.Generator) -> Floats:
         """What a microphone hears of samples of 16 kHz, as many, with so much power."""

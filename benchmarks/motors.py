@@ -63,15 +63,10 @@ Floats = npt.NDArray[np.float64]
 
 
 class Said(NamedTuple):
-    """A command in a room that is quiet but for the robot's motors.
+    """A command in a room that is quiet but for the robot's motors."""
 
-    Attributes:
-        speech: what is said in it, from the beginning to the end.
-        end: where the last word ends, s.
-    """
-
-    speech: Floats
-    end: float
+    speech: Floats  # what is said in it, from the beginning to the end
+    end: float  # where the last word ends, s
 
 
 class Heard(NamedTuple):

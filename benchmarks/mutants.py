@@ -48,17 +48,11 @@ MAX_MEMORY = 4 << 30
 
 @dataclass(frozen=True)
 class Target:
-    """A module, the tests that have to notice its mutants, and what of it is changed.
+    """A module, the tests that have to notice its mutants, and what of it is changed."""
 
-    Attributes:
-        module: its file.
-        tests: files of tests; the quickest that is likely to notice first.
-        only: functions, classes and constants; all if empty.
-    """
-
-    module: str
-    tests: tuple[str, ...]
-    only: frozenset[str] = frozenset()
+    module: str  # its file
+    tests: tuple[str, ...]  # files of tests; the quickest that is likely to notice first
+    only: frozenset[str] = frozenset()  # functions, classes and constants; all if empty
 
 
 MODULES = (

@@ -53,17 +53,11 @@ Figures = dict[str, str]
 
 @dataclass(frozen=True)
 class Part:
-    """Recordings that are heard under one command list.
+    """Recordings that are heard under one command list."""
 
-    Attributes:
-        name: of the list; empty for the robot's own, which has more rows than the others.
-        tasks: the recordings.
-        language: the language files of the list.
-    """
-
-    name: str
-    tasks: list[Task]
-    language: LanguageFiles
+    name: str  # of the list; empty for the robot's own, which has more rows than the others
+    tasks: list[Task]  # the recordings
+    language: LanguageFiles  # the language files of the list
 
 
 @dataclass(frozen=True)

@@ -100,16 +100,11 @@ class Clip(NamedTuple):
 
 
 class Search(NamedTuple):
-    """A graph for one clip: a chain of its phones, and one for each variation.
+    """A graph for one clip: a chain of its phones, and one for each variation."""
 
-    Attributes:
-        arcs: what pocketsphinx makes the graph from.
-        states: how many states it has.
-        ends: the last state of each variation, by the place and the phone that is put there.
-    """
-
-    arcs: list[tuple[Any, ...]]
-    states: int
+    arcs: list[tuple[Any, ...]]  # what pocketsphinx makes the graph from
+    states: int  # how many states it has
+    # the last state of each variation, by the place and the phone that is put there
     ends: dict[tuple[int, str], int]
 
 

@@ -86,23 +86,15 @@ SPELLINGS = {"cocacola": "coca cola", "latte": "lah tay", "metre": "meter", "met
 
 @dataclass(frozen=True)
 class Fixture:
-    """One recording to make.
+    """One recording to make."""
 
-    Attributes:
-        file: where, inside the folder of them all; the ending is the format.
-        text: what is said in it.
-        voice: who says it.
-        kind: what it is for.
-        render: makes the samples, given the source of all the noise in them.
-        rate: of the file, in Hz.
-    """
-
-    file: str
-    text: str
-    voice: str
-    kind: str
+    file: str  # where, inside the folder of them all; the ending is the format
+    text: str  # what is said in it
+    voice: str  # who says it
+    kind: str  # what it is for
+    # makes the samples, given the source of all the noise in them
     render: Callable[[np.random.Generator], Sound]
-    rate: int = SAMPLE_RATE
+    rate: int = SAMPLE_RATE  # of the file, in Hz
 
     def samples(self) -> Sound:
         """The samples, noise seeded by the name: one recording does not change the others."""

@@ -23,45 +23,28 @@ BY_ANOTHER = 0.6
 
 
 class Turn(NamedTuple):
-    """One action in a run.
+    """One action in a run."""
 
-    Attributes:
-        it: the program, a `Run` or a `Node`; the features that an action needs say which.
-        chance: what the action chooses by.
-        undo: what has to be undone when it was judged.
-        note: writes down what was chosen, for who reads of a find.
-    """
-
-    it: Any
-    chance: Random
-    undo: ExitStack
-    note: Callable[[str], None]
+    it: Any  # the program, a `Run` or a `Node`; the features that an action needs say which
+    chance: Random  # what the action chooses by
+    undo: ExitStack  # what has to be undone when it was judged
+    note: Callable[[str], None]  # writes down what was chosen, for who reads of a find
 
 
 class Action(NamedTuple):
-    """Something that happens.
+    """Something that happens."""
 
-    Attributes:
-        name: in the report.
-        needs: the features of the program that it needs, all of them.
-        do: does it; gives when it counts from, if not from its end.
-        bound: all have to stand still so soon, s.
-        blind: the robot `Bad` can take nothing for so long, s.
-        burdens: it makes the computer later by so much than a thread that dozes can see, s.
-        heals: after its end nothing is heard for so long, s; typed commands are obeyed then.
-        last: nothing can be commanded afterwards.
-        not_with: another action, after which this is no loss.
-    """
-
-    name: str
-    needs: str
-    do: Callable[[Turn], object]
-    bound: float = BOUND
-    blind: float = 0.0
+    name: str  # in the report
+    needs: str  # the features of the program that it needs, all of them
+    do: Callable[[Turn], object]  # does it; gives when it counts from, if not from its end
+    bound: float = BOUND  # all have to stand still so soon, s
+    blind: float = 0.0  # the robot `Bad` can take nothing for so long, s
+    # it makes the computer later by so much than a thread that dozes can see, s
     burdens: float = 0.0
+    # after its end nothing is heard for so long, s; typed commands are obeyed then
     heals: float = 0.0
-    last: bool = False
-    not_with: str = ""
+    last: bool = False  # nothing can be commanded afterwards
+    not_with: str = ""  # another action, after which this is no loss
 
 
 def command(text: str) -> Callable[[Turn], object]:

@@ -35,23 +35,16 @@ CRASHED = 1
 
 @dataclass
 class Hunt:
-    """A run of a program, and what came of it.
+    """A run of a program, and what came of it."""
 
-    Attributes:
-        target: what was hunted.
-        seed: repeats it.
-        schedule: what was done, and when.
-        took: until zero, s, with the names of what caused it and of what could hold it up.
-        finds: what is wrong, with the same names.
-        stuck: why it could not be driven on; that is safe, but may be wrong.
-    """
-
-    target: str
-    seed: int
-    schedule: list[str] = field(default_factory=list)
+    target: str  # what was hunted
+    seed: int  # repeats it
+    schedule: list[str] = field(default_factory=list)  # what was done, and when
+    # until zero, s, with the names of what caused it and of what could hold it up
     took: list[tuple[list[str], float]] = field(default_factory=list)
+    # what is wrong, with the same names
     finds: list[tuple[list[str], str]] = field(default_factory=list)
-    stuck: str = ""
+    stuck: str = ""  # why it could not be driven on; that is safe, but may be wrong
 
     def __str__(self) -> str:
         ends = [f"  not driven on: {self.stuck}"] if self.stuck else []

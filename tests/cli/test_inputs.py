@@ -20,19 +20,12 @@ from voz.audio import SAMPLE_RATE
 
 
 class Call(NamedTuple):
-    """A call of `voz`.
+    """A call of `voz`."""
 
-    Attributes:
-        arguments: as they are typed.
-        shows: what is printed among other things.
-        code: the exit status.
-        never: what is not printed.
-    """
-
-    arguments: str
-    shows: tuple[str, ...] = ()
-    code: int = 0
-    never: tuple[str, ...] = ()
+    arguments: str  # as they are typed
+    shows: tuple[str, ...] = ()  # what is printed among other things
+    code: int = 0  # the exit status
+    never: tuple[str, ...] = ()  # what is not printed
 
 
 def built(name: str, *shows: str, never: tuple[str, ...] = ()) -> Call:

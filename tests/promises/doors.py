@@ -50,26 +50,18 @@ NEEDS_NO_NAME = "text needs no name: who types or taps means this robot"
 
 @dataclass(frozen=True)
 class LiveDoor:
-    """A door of a live run.
-
-    Attributes:
-        open: is called when the run has begun.
-        say: gives a sentence.
-        microphone: whether the robot's own listens.
-        browser_listens: whether the page's does.
-        loses: what is lost where this door is, as `Live` names it.
-    """
+    """A door of a live run."""
 
     name: str
-    say: Callable[[Live, str], None]
-    open: Callable[[Live], None] = lambda _: None
-    microphone: bool = False
-    browser_listens: bool = False
+    say: Callable[[Live, str], None]  # gives a sentence
+    open: Callable[[Live], None] = lambda _: None  # is called when the run has begun
+    microphone: bool = False  # whether the robot's own listens
+    browser_listens: bool = False  # whether the page's does
     spoken: bool = False
     needs_name: bool = False
     reach: float = AT_ONCE
     watched: bool = True
-    loses: str = ""
+    loses: str = ""  # what is lost where this door is, as `Live` names it
     cannot: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:

@@ -26,20 +26,13 @@ Opened = tuple[Sequence[Receiver], Acts]
 
 @dataclass(frozen=True)
 class Exit:
-    """A way by which commands go out.
+    """A way by which commands go out."""
 
-    Attributes:
-        name: in the table.
-        open: opens it; gives what gets the events, and what tells what came out.
-        text: the command that comes out there.
-        moves: whether it is a velocity: zero has to be the last one.
-        cannot: which promises cannot be kept or broken here, and why.
-    """
-
-    name: str
-    open: Callable[[], Any]
-    text: str = "go forward"
-    moves: bool = True
+    name: str  # in the table
+    open: Callable[[], Any]  # opens it; gives what gets the events, and what tells what came out
+    text: str = "go forward"  # the command that comes out there
+    moves: bool = True  # whether it is a velocity: zero has to be the last one
+    # which promises cannot be kept or broken here, and why
     cannot: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:

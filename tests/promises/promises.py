@@ -31,23 +31,14 @@ EVIL = "go \x1b[31mforward\x07 \x9b2J <b>\u202e"
 
 @dataclass(frozen=True)
 class Promise:
-    """A promise, and how it is tried at a door.
+    """A promise, and how it is tried at a door."""
 
-    Attributes:
-        name: in the table.
-        says: in words, for people.
-        given: how the run begins.
-        then: what is done.
-        must: what must hold then.
-        seconds: how long the run is.
-    """
-
-    name: str
-    says: str
-    then: tuple[Do, ...]
-    must: tuple[Must, ...]
-    given: Given = field(default_factory=Given)
-    seconds: float = 8.0
+    name: str  # in the table
+    says: str  # in words, for people
+    then: tuple[Do, ...]  # what is done
+    must: tuple[Must, ...]  # what must hold then
+    given: Given = field(default_factory=Given)  # how the run begins
+    seconds: float = 8.0  # how long the run is
 
 
 def say(at: float, text: str) -> Do:

@@ -56,23 +56,14 @@ LIST = [*voz.load().commands, *COMMANDS, OWN]
 
 @dataclass(frozen=True)
 class Given:
-    """How a run begins.
+    """How a run begins."""
 
-    Attributes:
-        name: what the robot is called; empty if all commands count.
-        ask: what it asks back.
-        listening: whether it obeys from the beginning.
-        safety: the limits.
-        raises: whether a receiver before the robot raises as soon as that moves.
-        exits: what else gets the events, behind it.
-    """
-
-    name: str = ""
-    ask: Ask = "never"
-    listening: bool = True
-    safety: Safety = field(default_factory=Safety)
-    raises: bool = False
-    exits: Sequence[Receiver] = ()
+    name: str = ""  # what the robot is called; empty if all commands count
+    ask: Ask = "never"  # what it asks back
+    listening: bool = True  # whether it obeys from the beginning
+    safety: Safety = field(default_factory=Safety)  # the limits
+    raises: bool = False  # whether a receiver before the robot raises as soon as that moves
+    exits: Sequence[Receiver] = ()  # what else gets the events, behind it
 
     def receivers(self, outcome: Outcome) -> list[Receiver]:
         """Return what gets the events."""
@@ -111,15 +102,10 @@ class Do:
 
 @dataclass
 class Outcome:
-    """What the robot got.
+    """What the robot got."""
 
-    Attributes:
-        events: all of them.
-        error: what ended the run, if not its end.
-    """
-
-    events: list[Event] = field(default_factory=list)
-    error: BaseException | None = None
+    events: list[Event] = field(default_factory=list)  # all of them
+    error: BaseException | None = None  # what ended the run, if not its end
 
     @property
     def twists(self) -> list[Twist]:
@@ -170,23 +156,14 @@ def _break(event: Event) -> None:
 
 
 class Door(Protocol):
-    """A way by which commands come in.
+    """A way by which commands come in."""
 
-    Attributes:
-        name: in the table.
-        spoken: whether they are said, and heard by the recognizer.
-        needs_name: whether a robot with a name has to be called by it.
-        reach: so long a command takes from its first sound or letter until it takes effect, s.
-        watched: whether who commands by it watches the robot, or is watched.
-        cannot: which promises cannot be kept or broken here, and why.
-    """
-
-    name: str
-    spoken: bool
-    needs_name: bool
-    reach: float
-    watched: bool
-    cannot: dict[str, str]
+    name: str  # in the table
+    spoken: bool  # whether they are said, and heard by the recognizer
+    needs_name: bool  # whether a robot with a name has to be called by it
+    reach: float  # so long a command takes from its first sound or letter until it takes effect, s
+    watched: bool  # whether who commands by it watches the robot, or is watched
+    cannot: dict[str, str]  # which promises cannot be kept or broken here, and why
 
     def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
         """Do what the script says in a run of so many seconds."""

@@ -25,25 +25,16 @@ Must = Callable[[Exit, Sequence[Any]], None]
 
 @dataclasses.dataclass(frozen=True)
 class ExitPromise:
-    """A promise, and how it is tried at an exit: given, then, must.
+    """A promise, and how it is tried at an exit: given, then, must."""
 
-    Attributes:
-        name: in the table.
-        says: in words, for people.
-        then: returns what is done, for the command that comes out there.
-        must: what must hold then.
-        given: how the run begins.
-        spoken: whether the command is spoken; else it is typed.
-        seconds: how long the run is.
-    """
-
-    name: str
-    says: str
+    name: str  # in the table
+    says: str  # in words, for people
+    # returns what is done, for the command that comes out there
     then: Callable[[str], tuple[Do, ...]]
-    must: Must
-    given: Given = dataclasses.field(default_factory=Given)
-    spoken: bool = False
-    seconds: float = 5
+    must: Must  # what must hold then
+    given: Given = dataclasses.field(default_factory=Given)  # how the run begins
+    spoken: bool = False  # whether the command is spoken; else it is typed
+    seconds: float = 5  # how long the run is
 
     def __str__(self) -> str:
         return self.name

@@ -22,19 +22,12 @@ MAX_VALUE_WORDS = 8
 
 @dataclass(frozen=True)
 class SlotChoice:
-    """A slot of a sentence, and what may be said there if the rest stays.
+    """A slot of a sentence, and what may be said there if the rest stays."""
 
-    Attributes:
-        name: of the slot.
-        start: its first word in the sentence, from 0.
-        end: the word after it.
-        values: each value by its words, in the order of the list.
-    """
-
-    name: str
-    start: int
-    end: int
-    values: dict[str, Value]
+    name: str  # of the slot
+    start: int  # its first word in the sentence, from 0
+    end: int  # the word after it
+    values: dict[str, Value]  # each value by its words, in the order of the list
 
 
 def slot_choices(commands: Commands, text: str) -> list[SlotChoice]:
@@ -127,21 +120,13 @@ PLACES = {"faster": "faster", "slower": "slower"}
 
 
 class ButtonSlot(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A slot of a button's sentence: words to choose from, or numbers.
+    """A slot of a button's sentence: words to choose from, or numbers."""
 
-    Attributes:
-        name: of the slot.
-        start: its first word in the sentence, from 0.
-        end: the word after it.
-        values: what may be said, as words or digits.
-        is_number: whether these are numbers, the lowest first.
-    """
-
-    name: str
-    start: int
-    end: int
-    values: tuple[str, ...]
-    is_number: bool = False
+    name: str  # of the slot
+    start: int  # its first word in the sentence, from 0
+    end: int  # the word after it
+    values: tuple[str, ...]  # what may be said, as words or digits
+    is_number: bool = False  # whether these are numbers, the lowest first
 
 
 class CommandButton(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -94,31 +94,20 @@ def _shown(amount: Amount) -> str:
 
 @dataclass(frozen=True)
 class CardEntry:
-    """A command.
+    """A command."""
 
-    Attributes:
-        texts: how it may be said, with slots in braces.
-        does: what it does, in words.
-        values: what may be said for each slot.
-        place: where its button stands on the direction pad; None elsewhere.
-    """
-
-    texts: tuple[str, ...]
-    does: str
-    values: dict[str, tuple[str, ...]]
-    place: str | None = None
+    texts: tuple[str, ...]  # how it may be said, with slots in braces
+    does: str  # what it does, in words
+    values: dict[str, tuple[str, ...]]  # what may be said for each slot
+    place: str | None = None  # where its button stands on the direction pad; None elsewhere
 
 
 @dataclass(frozen=True)
 class CommandCard:
-    """The commands of a list.
+    """The commands of a list."""
 
-    Attributes:
-        stops: how the robot is stopped.
-        groups: the other commands by what they do, what begins and ends the listening first.
-    """
-
-    stops: tuple[str, ...]
+    stops: tuple[str, ...]  # how the robot is stopped
+    # the other commands by what they do, what begins and ends the listening first
     groups: dict[str, list[CardEntry]]
 
 

@@ -90,17 +90,11 @@ MIN_SOUNDING = 5
 
 
 class Cleaned(NamedTuple):
-    """Sound without its echo, 16 kHz.
+    """Sound without its echo, 16 kHz."""
 
-    Attributes:
-        samples: what is left.
-        played: what was played when it was heard, as many samples, -1 to 1.
-        echo: what was removed, as many samples.
-    """
-
-    samples: Samples
-    played: npt.NDArray[np.float32]
-    echo: npt.NDArray[np.float32]
+    samples: Samples  # what is left
+    played: npt.NDArray[np.float32]  # what was played when it was heard, as many samples, -1 to 1
+    echo: npt.NDArray[np.float32]  # what was removed, as many samples
 
     def cut(self, part: slice) -> Cleaned:
         """Return a part of it."""

@@ -82,23 +82,14 @@ def pulse_source_selected(source: str | None) -> Iterator[None]:
 
 
 class Device(NamedTuple):
-    """A microphone.
+    """A microphone."""
 
-    Attributes:
-        number: PortAudio's, until devices come or go; for a source, the sound server's.
-        name: of the device or source.
-        channels: their number.
-        rate: its native rate, Hz.
-        system: the sound system, such as ALSA or JACK.
-        is_source: whether it is one of several sources that share a number.
-    """
-
-    number: int
-    name: str
-    channels: int
-    rate: int
-    system: str
-    is_source: bool = False
+    number: int  # PortAudio's, until devices come or go; for a source, the sound server's
+    name: str  # of the device or source
+    channels: int  # their number
+    rate: int  # its native rate, Hz
+    system: str  # the sound system, such as ALSA or JACK
+    is_source: bool = False  # whether it is one of several sources that share a number
 
     @property
     def handle(self) -> str:

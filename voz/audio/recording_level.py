@@ -81,21 +81,13 @@ class Fault(enum.Enum):
 
 @dataclass(frozen=True)
 class RecordingLevel:
-    """The level of a recording.
+    """The level of a recording."""
 
-    Attributes:
-        still: whether all samples are the same, but for noise of a converter.
-        peak: the highest sample, dBFS.
-        speech: mean power of the speech, dBFS; None without speech.
-        background: power of the rest, dBFS.
-        at_top: share of clipped samples in the speech, 0 to 1.
-    """
-
-    still: bool
-    peak: float
-    speech: float | None
-    background: float
-    at_top: float
+    still: bool  # whether all samples are the same, but for noise of a converter
+    peak: float  # the highest sample, dBFS
+    speech: float | None  # mean power of the speech, dBFS; None without speech
+    background: float  # power of the rest, dBFS
+    at_top: float  # share of clipped samples in the speech, 0 to 1
 
     @property
     def above_background(self) -> float | None:

@@ -58,30 +58,19 @@ NO_SAMPLES: Samples = np.empty(0, np.int16)
 
 
 class Segment(NamedTuple):
-    """A stretch of speech.
+    """A stretch of speech."""
 
-    Attributes:
-        start: in the stream, s.
-        end: in the stream, s.
-        decided: position in the stream when the end was known, s.
-        samples: the sound, with a margin on either side.
-        over: whether it is over; if not, it has paused and may go on.
-        above: how far its loudest frame is above the background, dB.
-        voices: share of the time before it that a voice may be in.
-        within_talk: whether it stands within talk that is as loud.
-        before: sound before the samples, up to 0.25 s; longer where the robot has a name.
-        after: sound after them, as far as it is known; up to 0.25 s, or longer for a name.
-    """
-
-    start: float
-    end: float
-    decided: float
-    samples: Samples
-    over: bool = True
-    above: float = math.inf
-    voices: float = 0.0
-    within_talk: bool = False
+    start: float  # in the stream, s
+    end: float  # in the stream, s
+    decided: float  # position in the stream when the end was known, s
+    samples: Samples  # the sound, with a margin on either side
+    over: bool = True  # whether it is over; if not, it has paused and may go on
+    above: float = math.inf  # how far its loudest frame is above the background, dB
+    voices: float = 0.0  # share of the time before it that a voice may be in
+    within_talk: bool = False  # whether it stands within talk that is as loud
+    # sound before the samples, up to 0.25 s; longer where the robot has a name
     before: Samples = NO_SAMPLES
+    # sound after them, as far as it is known; up to 0.25 s, or longer for a name
     after: Samples = NO_SAMPLES
 
     @property
@@ -111,28 +100,18 @@ class Segment(NamedTuple):
 
 @dataclass(frozen=True)
 class Quiet:
-    """No segment followed the last one.
+    """No segment followed the last one."""
 
-    Attributes:
-        decided: position in the stream when that was known, s.
-        samples: the sound since the segment's end.
-    """
-
-    decided: float
-    samples: Samples = field(compare=False)
+    decided: float  # position in the stream when that was known, s
+    samples: Samples = field(compare=False)  # the sound since the segment's end
 
 
 @dataclass(frozen=True)
 class Ongoing:
-    """The sound of a segment so far; comes again until it is over.
+    """The sound of a segment so far; comes again until it is over."""
 
-    Attributes:
-        decided: position in the stream, s.
-        samples: from the segment's start, 0.7 s at least.
-    """
-
-    decided: float
-    samples: Samples
+    decided: float  # position in the stream, s
+    samples: Samples  # from the segment's start, 0.7 s at least
 
 
 SegmenterEvent = Segment | Quiet | Ongoing
@@ -213,33 +192,19 @@ commands at 10 dB over six people 5 in 100.
 
 @dataclass
 class OpenSegment:
-    """A segment that is not over yet.
+    """A segment that is not over yet."""
 
-    Attributes:
-        start: in the stream, samples.
-        least: the level that continues it, 250 to 3,400 Hz, dB.
-        voices: share of the time before it that a voice may be in.
-        before: highest level shortly before it, dB.
-        levels: of each frame, dB.
-        loud: number of frames that stood out.
-        loudest: highest level, dB.
-        least_high: the level from there to 7,000 Hz that stands out, dB.
-        low: frames since the level was last high enough.
-        silent: frames since the last one with a voice.
-        quiet: frames since the last one with a voice or a sound as soft as the end of `off`.
-    """
-
-    start: int
-    least: float
-    voices: float
-    before: float
-    levels: list[float]
-    loud: int
-    loudest: float = 0.0
-    least_high: float = math.inf
-    low: int = 0
-    silent: int = 0
-    quiet: int = 0
+    start: int  # in the stream, samples
+    least: float  # the level that continues it, 250 to 3,400 Hz, dB
+    voices: float  # share of the time before it that a voice may be in
+    before: float  # highest level shortly before it, dB
+    levels: list[float]  # of each frame, dB
+    loud: int  # number of frames that stood out
+    loudest: float = 0.0  # highest level, dB
+    least_high: float = math.inf  # the level from there to 7,000 Hz that stands out, dB
+    low: int = 0  # frames since the level was last high enough
+    silent: int = 0  # frames since the last one with a voice
+    quiet: int = 0  # frames since the last one with a voice or a sound as soft as the end of `off`
 
     def follow(self, voice: bool, level: BandLevels) -> None:
         """Take the next frame: whether a voice may be in it, and its levels, dB."""

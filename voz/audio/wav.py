@@ -35,23 +35,14 @@ _FORMAT = struct.Struct("<HHIIHH")
 
 
 class WavHeader(NamedTuple):
-    """What stands before the samples of a WAV file.
+    """What stands before the samples of a WAV file."""
 
-    Attributes:
-        encoding: number of the format, 1 for PCM.
-        channels: their number.
-        rate: Hz.
-        frame_bytes: of a sample of each channel.
-        samples_at: where the samples begin, bytes.
-        data_bytes: length of the samples as the header has it.
-    """
-
-    encoding: int
-    channels: int
-    rate: int
-    frame_bytes: int
-    samples_at: int
-    data_bytes: int
+    encoding: int  # number of the format, 1 for PCM
+    channels: int  # their number
+    rate: int  # Hz
+    frame_bytes: int  # of a sample of each channel
+    samples_at: int  # where the samples begin, bytes
+    data_bytes: int  # length of the samples as the header has it
 
     @property
     def width(self) -> int:

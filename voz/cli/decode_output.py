@@ -127,21 +127,13 @@ def with_warnings(finished: Iterator[Finished]) -> Iterator[Finished]:
 
 @dataclass
 class OutputSummary:
-    """The counts of a run.
+    """The counts of a run."""
 
-    Attributes:
-        said: recordings whose text is known, as results name them.
-        new: what this run decoded.
-        whole: what is in the output.
-        heard: the results of those in `said`.
-        begun: when, s.
-    """
-
-    said: set[str]
-    new: Totals = field(default_factory=Totals)
-    whole: Totals = field(default_factory=Totals)
-    heard: dict[str, Outcome] = field(default_factory=dict)
-    begun: float = field(default_factory=time.monotonic)
+    said: set[str]  # recordings whose text is known, as results name them
+    new: Totals = field(default_factory=Totals)  # what this run decoded
+    whole: Totals = field(default_factory=Totals)  # what is in the output
+    heard: dict[str, Outcome] = field(default_factory=dict)  # the results of those in `said`
+    begun: float = field(default_factory=time.monotonic)  # when, s
 
     def add(self, outcome: Outcome) -> None:
         """Count what goes into the output."""

@@ -94,15 +94,10 @@ class Rules(msgspec.Struct, frozen=True):
 
 
 class Loss(msgspec.Struct, frozen=True):
-    """Something that is lost, by its sources.
+    """Something that is lost, by its sources."""
 
-    Attributes:
-        sources: of the commands that come from it.
-        commanded: whether the last command since was of somebody who is still there.
-    """
-
-    sources: tuple[str, ...]
-    commanded: bool = False
+    sources: tuple[str, ...]  # of the commands that come from it
+    commanded: bool = False  # whether the last command since was of somebody who is still there
 
 
 class ControllerState(msgspec.Struct, frozen=True):

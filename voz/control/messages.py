@@ -13,15 +13,10 @@ from voz.events import Notice, Partial, ProgramEnded, Utterance
 
 
 class Halt(msgspec.Struct, frozen=True):
-    """The robot is to stand still, by a key or a button; what was begun before moves nothing.
+    """The robot is to stand still, by a key or a button; what was begun before moves nothing."""
 
-    Attributes:
-        why: for people.
-        t: time of the run, s.
-    """
-
-    why: str = "stopped by a key"
-    t: float = 0.0
+    why: str = "stopped by a key"  # for people
+    t: float = 0.0  # time of the run, s
 
 
 class Rehearsal(msgspec.Struct, frozen=True):
@@ -31,19 +26,12 @@ class Rehearsal(msgspec.Struct, frozen=True):
 
 
 class Renewal(msgspec.Struct, frozen=True):
-    """The commands are being renewed, or were: meanwhile nothing moves. Never dropped.
+    """The commands are being renewed, or were: meanwhile nothing moves. Never dropped."""
 
-    Attributes:
-        why: for people.
-        t: time of the run, s.
-        under_way: whether it has begun, else it is over.
-        table: what the commands do from now on; None if all is as before.
-    """
-
-    why: str
-    t: float
-    under_way: bool
-    table: CommandTable | None = None
+    why: str  # for people
+    t: float  # time of the run, s
+    under_way: bool  # whether it has begun, else it is over
+    table: CommandTable | None = None  # what the commands do from now on; None if all is as before
 
 
 class End(msgspec.Struct, frozen=True):
@@ -59,18 +47,12 @@ class StopMotion(msgspec.Struct, frozen=True):
 
 
 class Health(msgspec.Struct, frozen=True):
-    """Whether something that the run needs works (S5): a microphone, a page, a robot.
+    """Whether something that the run needs works (S5): a microphone, a page, a robot."""
 
-    Attributes:
-        name: which.
-        problem: why it is lost; None if it works.
-        back: the message when it works again.
-        sources: of the commands that come from it; while it is lost they move nothing.
-    """
-
-    name: str
-    problem: str | None
-    back: str
+    name: str  # which
+    problem: str | None  # why it is lost; None if it works
+    back: str  # the message when it works again
+    # of the commands that come from it; while it is lost they move nothing
     sources: tuple[str, ...] = ()
 
 

@@ -122,29 +122,18 @@ def place_from_odometry(odometry: tuple[float, Any] | None, now: float) -> Place
 
 
 class BoundedMotion(msgspec.Struct, frozen=True):
-    """A motion under way, and where it ends.
+    """A motion under way, and where it ends."""
 
-    Attributes:
-        t: the time of the last update, s.
-        until: when it ends, s; None if only distance or angle end it.
-        metres: the distance at which it ends; None if it turns or only time ends it.
-        radians: the angle at which it ends.
-        expected: how far it came by its velocity and the time, m or rad.
-        origin: where odometry had the robot first; None without odometry.
-        heading: the last heading of odometry, rad.
-        angle: how far it turned by odometry, rad.
-        distance: how far it came by odometry, m.
-    """
-
-    t: float
-    until: float | None = None
+    t: float  # the time of the last update, s
+    until: float | None = None  # when it ends, s; None if only distance or angle end it
+    # the distance at which it ends; None if it turns or only time ends it
     metres: float | None = None
-    radians: float | None = None
-    expected: float = 0.0
-    origin: Place | None = None
-    heading: float = 0.0
-    angle: float = 0.0
-    distance: float = 0.0
+    radians: float | None = None  # the angle at which it ends
+    expected: float = 0.0  # how far it came by its velocity and the time, m or rad
+    origin: Place | None = None  # where odometry had the robot first; None without odometry
+    heading: float = 0.0  # the last heading of odometry, rad
+    angle: float = 0.0  # how far it turned by odometry, rad
+    distance: float = 0.0  # how far it came by odometry, m
 
 
 def begin_bounded(step: Step, t: float, place: Place | None) -> BoundedMotion:

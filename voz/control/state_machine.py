@@ -65,25 +65,15 @@ class PendingCommand(msgspec.Struct, frozen=True):
 
 
 class State(msgspec.Struct, frozen=True):
-    """The robot's state between two commands.
+    """The robot's state between two commands."""
 
-    Attributes:
-        listening: whether commands are obeyed.
-        motion: the velocities.
-        commands: the set of commands in use, of the table.
-        bounded: the motion under way, if it ends by itself.
-        remaining_steps: the steps after it.
-        pending: the command that waits for a yes.
-        last_moved: the steps of the last command that moved the robot.
-    """
-
-    listening: bool = False
-    motion: Motion = Motion()
-    commands: str = DEFAULT_STATE
-    bounded: BoundedMotion | None = None
-    remaining_steps: Steps = ()
-    pending: PendingCommand | None = None
-    last_moved: Steps = ()
+    listening: bool = False  # whether commands are obeyed
+    motion: Motion = Motion()  # the velocities
+    commands: str = DEFAULT_STATE  # the set of commands in use, of the table
+    bounded: BoundedMotion | None = None  # the motion under way, if it ends by itself
+    remaining_steps: Steps = ()  # the steps after it
+    pending: PendingCommand | None = None  # the command that waits for a yes
+    last_moved: Steps = ()  # the steps of the last command that moved the robot
 
     @property
     def moving(self) -> bool:

@@ -99,22 +99,14 @@ MICROPHONE_CLOSE_TIMEOUT = 1.0
 
 
 class OpenMicrophone(Protocol):
-    """An iterator over blocks of sound, 16 kHz, stream by stream; a sound card's has one stream.
+    """An iterator over blocks of sound, 16 kHz, stream by stream; a sound card's has one stream."""
 
-    Attributes:
-        name: of the device.
-        alive: monotonic time of the last sign of life, s.
-        arrived: monotonic arrival time of the block that was taken last, s.
-        blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
-        complete: whether the stream that ended is complete; else what is open in it is dropped.
-        addressed: whether what is said is meant for the robot, as somebody holds a button to talk.
-    """
-
-    name: str
-    alive: float
-    arrived: float
-    blocks_lost: int
-    complete: bool
+    name: str  # of the device
+    alive: float  # monotonic time of the last sign of life, s
+    arrived: float  # monotonic arrival time of the block that was taken last, s
+    blocks_lost: int  # number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each
+    complete: bool  # whether the stream that ended is complete; else what is open in it is dropped
+    # whether what is said is meant for the robot, as somebody holds a button to talk
     addressed: bool
 
     @property
@@ -133,17 +125,11 @@ MicrophoneOpener: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone
 
 @dataclass(frozen=True)
 class SoundSource:
-    """Where sound comes from.
+    """Where sound comes from."""
 
-    Attributes:
-        open: opens the microphone for a `with` block.
-        source: the `source` of the utterances.
-        playback: the robot's own sound; None if the microphone cannot hear it.
-    """
-
-    open: MicrophoneOpener
-    source: str = MICROPHONE
-    playback: Playback | None = None
+    open: MicrophoneOpener  # opens the microphone for a `with` block
+    source: str = MICROPHONE  # the `source` of the utterances
+    playback: Playback | None = None  # the robot's own sound; None if the microphone cannot hear it
 
 
 class SoundRecorder(Protocol):

@@ -40,19 +40,12 @@ from voz.language.spoken_language import LanguageInfo
 
 @dataclass(frozen=True)
 class BuildResult:
-    """What was built.
+    """What was built."""
 
-    Attributes:
-        sentences: how many sentences the language has.
-        words: how many different words they have.
-        warnings: what the user should know, one line each.
-        paths: the files written.
-    """
-
-    sentences: int
-    words: int
-    warnings: tuple[str, ...]
-    paths: tuple[Path, ...]
+    sentences: int  # how many sentences the language has
+    words: int  # how many different words they have
+    warnings: tuple[str, ...]  # what the user should know, one line each
+    paths: tuple[Path, ...]  # the files written
 
 
 def build(

@@ -50,26 +50,16 @@ UNNAMED_LIST = "the list of commands"
 
 @dataclass(frozen=True)
 class CommandSource:
-    """What a user wrote, ready to generate files from.
+    """What a user wrote, ready to generate files from."""
 
-    Attributes:
-        name: what messages call the list.
-        commands: its sentences and what they mean.
-        entries: how their words are pronounced.
-        places: where each word stands first, as `FILE:LINE`.
-        warnings: what the user should know, one line each.
-        compiled: of templates; None for a plain list.
-        spoken: the language; None is English.
-        files_read: the bytes of each file that it was read from, the list first.
-    """
-
-    name: str
-    commands: Commands
-    entries: dict[str, LexiconEntry]
-    places: Mapping[str, str]
-    warnings: tuple[str, ...]
-    compiled: CompiledTemplates | None = None
-    spoken: LanguageInfo | None = None
+    name: str  # what messages call the list
+    commands: Commands  # its sentences and what they mean
+    entries: dict[str, LexiconEntry]  # how their words are pronounced
+    places: Mapping[str, str]  # where each word stands first, as `FILE:LINE`
+    warnings: tuple[str, ...]  # what the user should know, one line each
+    compiled: CompiledTemplates | None = None  # of templates; None for a plain list
+    spoken: LanguageInfo | None = None  # the language; None is English
+    # the bytes of each file that it was read from, the list first
     files_read: Mapping[Path, bytes] = field(default_factory=dict)
 
 

@@ -56,40 +56,24 @@ MAX_READINGS = 50
 
 @dataclass(frozen=True)
 class LineCost:
-    """What a line of a file adds.
+    """What a line of a file adds."""
 
-    Attributes:
-        name: of the rule or list, or the command of the template.
-        place: `FILE:LINE`.
-        sentences: number of sentences; for a rule or list, of wordings.
-        states: of the search; 0 for a rule or list.
-        used_by: number of templates that contain it.
-    """
-
-    name: str
-    place: str
-    sentences: int
-    states: int
-    used_by: int
+    name: str  # of the rule or list, or the command of the template
+    place: str  # `FILE:LINE`
+    sentences: int  # number of sentences; for a rule or list, of wordings
+    states: int  # of the search; 0 for a rule or list
+    used_by: int  # number of templates that contain it
 
 
 @dataclass(frozen=True)
 class CompiledTemplates:
-    """Compiled templates.
+    """Compiled templates."""
 
-    Attributes:
-        commands: the sentences and what they mean.
-        templates: without references.
-        warnings: what the user should know, one line each.
-        places: where each word stands first, as `FILE:LINE`.
-        costs: what each template, rule and list adds.
-    """
-
-    commands: Commands
-    templates: Sequence[Template]
-    warnings: tuple[str, ...]
-    places: Mapping[str, str]
-    costs: Sequence[LineCost]
+    commands: Commands  # the sentences and what they mean
+    templates: Sequence[Template]  # without references
+    warnings: tuple[str, ...]  # what the user should know, one line each
+    places: Mapping[str, str]  # where each word stands first, as `FILE:LINE`
+    costs: Sequence[LineCost]  # what each template, rule and list adds
 
 
 def compile_templates(source: TemplateSource) -> CompiledTemplates:

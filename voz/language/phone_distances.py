@@ -12,14 +12,10 @@ DISTANCES_FILE = Path(__file__).with_name("phone_distances.tsv")
 
 @dataclass(frozen=True)
 class PhoneDistances:
-    """The distances between phones in an acoustic model.
+    """The distances between phones in an acoustic model."""
 
-    Attributes:
-        frames: how many frames of 10 ms a phone lasts.
-        apart: what a frame of the first phone loses, in nats, if it is taken for the second.
-    """
-
-    frames: Mapping[str, float]
+    frames: Mapping[str, float]  # how many frames of 10 ms a phone lasts
+    # what a frame of the first phone loses, in nats, if it is taken for the second
     apart: Mapping[str, Mapping[str, float]]
 
 

@@ -129,16 +129,11 @@ Guesser = Callable[[Sequence[str]], dict[str, str]]
 
 @dataclass(frozen=True)
 class LexiconEntry:
-    """How a word is pronounced.
+    """How a word is pronounced."""
 
-    Attributes:
-        phones: its pronunciations, the usual one first, each such as "K OW L AH".
-        origin: where they come from, for people to read.
-        ipa: those of another language, for the network; `phones` are the nearest English ones.
-    """
-
-    phones: tuple[str, ...]
-    origin: str
+    phones: tuple[str, ...]  # its pronunciations, the usual one first, each such as "K OW L AH"
+    origin: str  # where they come from, for people to read
+    # those of another language, for the network; `phones` are the nearest English ones
     ipa: tuple[str, ...] = ()
 
 

@@ -40,18 +40,12 @@ MAX_COMPARED_VARIANTS = 8
 
 @dataclass(frozen=True)
 class SimilarPair:
-    """Two commands and how alike they sound.
+    """Two commands and how alike they sound."""
 
-    Attributes:
-        first: the command that stands first in the list.
-        second: the other.
-        similarity: 1 if they sound the same, near 0 if nothing in them does.
-        differ: the phones of each that the other does not share at its beginning or end.
-    """
-
-    first: str
-    second: str
-    similarity: float
+    first: str  # the command that stands first in the list
+    second: str  # the other
+    similarity: float  # 1 if they sound the same, near 0 if nothing in them does
+    # the phones of each that the other does not share at its beginning or end
     differ: tuple[str, str]
 
 

@@ -105,34 +105,22 @@ _DICTIONARIES = ("*.dic", "*.dict", "*dictionary*.txt")
 
 @dataclass(frozen=True)
 class LanguageSources:
-    """Where the parts of a language are.
+    """Where the parts of a language are."""
 
-    Attributes:
-        name: what the user calls it.
-        acoustic_model: the folder of the model.
-        dictionary: the pronunciations of its words.
-        rules: letter-to-sound rules for other words; None without.
-    """
-
-    name: str
-    acoustic_model: Path
-    dictionary: Path
-    rules: Path | None
+    name: str  # what the user calls it
+    acoustic_model: Path  # the folder of the model
+    dictionary: Path  # the pronunciations of its words
+    rules: Path | None  # letter-to-sound rules for other words; None without
 
 
 @dataclass(frozen=True)
 class OtherLanguage:
-    """A language that was read.
+    """A language that was read."""
 
-    Attributes:
-        spoken: its acoustic model and phones.
-        dictionary: the pronunciations of each word; None if espeak-ng knows them.
-        rules: letter-to-sound rules for other words; None without.
-    """
-
-    spoken: LanguageInfo
+    spoken: LanguageInfo  # its acoustic model and phones
+    # the pronunciations of each word; None if espeak-ng knows them
     dictionary: Mapping[str, tuple[str, ...]] | None = None
-    rules: LetterRules | None = None
+    rules: LetterRules | None = None  # letter-to-sound rules for other words; None without
 
     @property
     def phones(self) -> frozenset[str]:
@@ -212,17 +200,11 @@ def model_digest(folder: Path) -> str:
 
 
 class KnownLanguage(NamedTuple):
-    """A language whose phones voz knows.
+    """A language whose phones voz knows."""
 
-    Attributes:
-        code: what `[language] name` is.
-        name: in English.
-        measured: on whose speech voz was measured in it.
-    """
-
-    code: str
-    name: str
-    measured: str
+    code: str  # what `[language] name` is
+    name: str  # in English
+    measured: str  # on whose speech voz was measured in it
 
 
 def known_languages() -> list[KnownLanguage]:

@@ -147,17 +147,11 @@ MAX_JOINED_STATES = 300_000
 
 @dataclass(frozen=True)
 class SharedSentence:
-    """An example of a sentence with two templates, or two readings of one.
+    """An example of a sentence with two templates, or two readings of one."""
 
-    Attributes:
-        sentence: the example.
-        first: the number of the template that comes first.
-        second: that of the other, or the same.
-    """
-
-    sentence: str
-    first: int
-    second: int
+    sentence: str  # the example
+    first: int  # the number of the template that comes first
+    second: int  # that of the other, or the same
 
 
 class TooManyStatesError(Exception):

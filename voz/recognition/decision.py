@@ -149,17 +149,11 @@ def _key(parse: Parse | None) -> object:
 
 
 class Requirement(NamedTuple):
-    """What a text needed to be accepted when it was understood.
+    """What a text needed to be accepted when it was understood."""
 
-    Attributes:
-        threshold: confidence, 0 to 1; None if the text cannot be said.
-        is_name: whether it is the robot's name, which fits or not, whatever is around it.
-        may_ask: whether the robot may ask about it where it is not accepted.
-    """
-
-    threshold: float | None
-    is_name: bool
-    may_ask: bool
+    threshold: float | None  # confidence, 0 to 1; None if the text cannot be said
+    is_name: bool  # whether it is the robot's name, which fits or not, whatever is around it
+    may_ask: bool  # whether the robot may ask about it where it is not accepted
 
 
 @dataclass(frozen=True)

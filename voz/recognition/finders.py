@@ -78,17 +78,11 @@ class CommandFinder(Protocol):
 
 
 class _Compared(NamedTuple):
-    """How well commands fit the phones of a sound.
+    """How well commands fit the phones of a sound."""
 
-    Attributes:
-        likelihoods: the phones.
-        ranking: None if there was nothing to compare.
-        found: by the search of a list that is too long to compare.
-    """
-
-    likelihoods: PhoneLikelihoods
-    ranking: Ranking | None
-    found: FoundSentences | None
+    likelihoods: PhoneLikelihoods  # the phones
+    ranking: Ranking | None  # None if there was nothing to compare
+    found: FoundSentences | None  # by the search of a list that is too long to compare
 
 
 class NetworkFinder:

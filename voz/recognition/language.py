@@ -30,26 +30,17 @@ from voz.texts import ENGLISH, language_of, text
 
 @dataclass(frozen=True)
 class Language:
-    """Commands and pronunciations.
+    """Commands and pronunciations."""
 
-    Attributes:
-        files: the language files, which pocketsphinx reads too.
-        commands: all commands.
-        dictionary: the phones of each word; variants, as `the(2)`, are words.
-        pronunciations: the same, with British ones.
-        spoken: which language it is, and its acoustic model.
-        rivals: what sounds much like the words of the commands.
-        ipa: the pronunciations for the network, of a language that has others for pocketsphinx.
-        guessed: words that no dictionary has, beside those of the commands.
-    """
-
-    files: LanguageFiles
-    commands: Commands
-    dictionary: Mapping[str, Phones]
-    pronunciations: Mapping[str, Phones]
-    spoken: LanguageInfo
-    rivals: Rivals
+    files: LanguageFiles  # the language files, which pocketsphinx reads too
+    commands: Commands  # all commands
+    dictionary: Mapping[str, Phones]  # the phones of each word; variants, as `the(2)`, are words
+    pronunciations: Mapping[str, Phones]  # the same, with British ones
+    spoken: LanguageInfo  # which language it is, and its acoustic model
+    rivals: Rivals  # what sounds much like the words of the commands
+    # the pronunciations for the network, of a language that has others for pocketsphinx
     ipa: Mapping[str, Phones] = field(default_factory=dict)
+    # words that no dictionary has, beside those of the commands
     guessed: frozenset[str] = frozenset()
 
     @cached_property

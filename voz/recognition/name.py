@@ -197,19 +197,12 @@ PENALTY_JUST_AFTER = 1.5
 
 
 class NameMatch(NamedTuple):
-    """Where a name fits best in a sound.
+    """Where a name fits best in a sound."""
 
-    Attributes:
-        log_odds: that it was said.
-        begin: when it begins, s.
-        end: when it ends, s.
-        against: log-odds that it lost for what is said around it.
-    """
-
-    log_odds: float
-    begin: float
-    end: float
-    against: float = 0.0
+    log_odds: float  # that it was said
+    begin: float  # when it begins, s
+    end: float  # when it ends, s
+    against: float = 0.0  # log-odds that it lost for what is said around it
 
     @property
     def confidence(self) -> float:

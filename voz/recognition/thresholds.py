@@ -52,15 +52,10 @@ MIN_PLAYBACK_SCORES = {2: 6.0, 3: 4.5}
 
 
 class PlaybackLimits(NamedTuple):
-    """What a command needs that is said while the robot speaks.
+    """What a command needs that is said while the robot speaks."""
 
-    Attributes:
-        score: least score without the phones of the reply, nats.
-        level: least level above the usual residue of the echo, dB.
-    """
-
-    score: float
-    level: float
+    score: float  # least score without the phones of the reply, nats
+    level: float  # least level above the usual residue of the echo, dB
 
 
 STOP_LIMITS = PlaybackLimits(6.0, 0.0)

@@ -20,21 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RobotSetup:
-    """What robots are made from.
+    """What robots are made from."""
 
-    Attributes:
-        settings: with a table for each robot.
-        stream: where robots print.
-        warn: called with the robots' warnings, on any thread.
-        watchdog: whether real robots get a watchdog process, which stops them if this one cannot.
-        verbose: whether the console prints the evidence for an utterance.
-    """
-
-    settings: Config
-    stream: TextIO
-    warn: Callable[[Notice], None]
+    settings: Config  # with a table for each robot
+    stream: TextIO  # where robots print
+    warn: Callable[[Notice], None]  # called with the robots' warnings, on any thread
+    # whether real robots get a watchdog process, which stops them if this one cannot
     watchdog: bool = False
-    verbose: bool = False
+    verbose: bool = False  # whether the console prints the evidence for an utterance
 
     def show(self, line: str) -> None:
         """Print a line where the robots print, on any thread."""

@@ -32,20 +32,14 @@ MAX_OUTPUT_LINE = 1000
 
 
 class RobotSpec(msgspec.Struct, frozen=True):
-    """Which robot a process makes.
+    """Which robot a process makes."""
 
-    Attributes:
-        name: as `voz run --robot` takes it.
-        only_zero: whether it is a watchdog, which only stops the robot if the beat falls silent.
-        arguments: remappings for a ROS 1 node.
-        path: additional folders of Python modules.
-    """
-
-    name: str
+    name: str  # as `voz run --robot` takes it
     settings: Config = Config()
+    # whether it is a watchdog, which only stops the robot if the beat falls silent
     only_zero: bool = False
-    arguments: tuple[str, ...] = ()
-    path: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()  # remappings for a ROS 1 node
+    path: tuple[str, ...] = ()  # additional folders of Python modules
 
 
 class EventAnswer(msgspec.Struct, frozen=True):

@@ -15,14 +15,10 @@ from voz.audio.microphone import ONLY_SILENCE
 
 @dataclass(frozen=True)
 class RecognizerStatus:
-    """Whether a recognizer hears.
+    """Whether a recognizer hears."""
 
-    Attributes:
-        problem: why it hears nothing; empty if all is well.
-        only_silence: whether its microphone gives only zeros, which matters to a moving robot.
-    """
-
-    problem: str = ""
+    problem: str = ""  # why it hears nothing; empty if all is well
+    # whether its microphone gives only zeros, which matters to a moving robot
     only_silence: bool = False
 
     @property

@@ -36,13 +36,9 @@ RecorderOpener: TypeAlias = Callable[[Callable[[str], None]], AbstractContextMan
 
 
 class Page(Protocol):
-    """A page that shows the run and drives the robot.
+    """A page that shows the run and drives the robot."""
 
-    Attributes:
-        unwatched_source: of the commands of programs that do not show whether they are there.
-    """
-
-    unwatched_source: str
+    unwatched_source: str  # of the commands of programs that do not show whether they are there
 
     @property
     def sources(self) -> Sequence[str]:
@@ -70,13 +66,9 @@ class Page(Protocol):
 
 
 class CommandService(Protocol):
-    """Takes commands of other programs, whose users do not watch the robot.
+    """Takes commands of other programs, whose users do not watch the robot."""
 
-    Attributes:
-        source: of the commands.
-    """
-
-    source: str
+    source: str  # of the commands
 
     def receive(self, event: Event) -> None:
         """Take an event; it never waits."""

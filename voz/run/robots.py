@@ -24,33 +24,19 @@ CONSOLE, SIMULATOR = "console", "simulator"
 
 @dataclass(frozen=True, kw_only=True)
 class RunRobots:
-    """Which robots a run has, and what is shown of them; `open` is a part of the run.
+    """Which robots a run has, and what is shown of them; `open` is a part of the run."""
 
-    Attributes:
-        names: of the robots.
-        live: whether a microphone drives them; a terminal then shows what the console would say.
-        stream: where the robots print.
-        terminal: the same, if it can be drawn on.
-        watchdog: whether real robots are stopped from another process, too.
-        picture: where the simulator's way is drawn after the run.
-        animation: the same, moving.
-        verbose: whether a console prints the evidence for an utterance.
-        language: of the warnings where there is no console.
-        info: takes lines for people.
-        warn: takes warnings.
-    """
-
-    names: list[str]
-    live: bool
-    stream: TextIO
-    terminal: LiveTerminal | None = None
-    watchdog: bool = True
-    picture: Path | None = None
-    animation: Path | None = None
-    verbose: bool = False
-    language: str = ENGLISH
-    info: Callable[[str], None]
-    warn: Callable[[str], None]
+    names: list[str]  # of the robots
+    live: bool  # whether a microphone drives them; a terminal then shows what the console would say
+    stream: TextIO  # where the robots print
+    terminal: LiveTerminal | None = None  # the same, if it can be drawn on
+    watchdog: bool = True  # whether real robots are stopped from another process, too
+    picture: Path | None = None  # where the simulator's way is drawn after the run
+    animation: Path | None = None  # the same, moving
+    verbose: bool = False  # whether a console prints the evidence for an utterance
+    language: str = ENGLISH  # of the warnings where there is no console
+    info: Callable[[str], None]  # takes lines for people
+    warn: Callable[[str], None]  # takes warnings
 
     @property
     def has_display(self) -> bool:

@@ -42,13 +42,9 @@ Trouble: TypeAlias = Callable[[], str | None]
 
 
 class SpeechInput(Protocol):
-    """Where spoken commands come from: a microphone, a page, another recognizer.
+    """Where spoken commands come from: a microphone, a page, another recognizer."""
 
-    Attributes:
-        source: of its utterances.
-    """
-
-    source: str
+    source: str  # of its utterances
 
     def trouble(self, moving: bool) -> str | None:
         """Return why nothing is heard now, without waiting; None if all is well."""

@@ -132,17 +132,11 @@ RENDERER_TIMEOUT = 1.0
 
 @dataclass(frozen=True)
 class Sound:
-    """A sound of a client, to be played later.
+    """A sound of a client, to be played later."""
 
-    Attributes:
-        play: plays it once.
-        repeat: plays it again and again.
-        stop: stops it.
-    """
-
-    play: Callable[..., None]
-    repeat: Callable[[], None]
-    stop: Callable[[], None]
+    play: Callable[..., None]  # plays it once
+    repeat: Callable[[], None]  # plays it again and again
+    stop: Callable[[], None]  # stops it
 
 
 class SoundClient(PublicNames):

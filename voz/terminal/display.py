@@ -42,19 +42,12 @@ TYPING_HELP = "Esc or two spaces stop the robot, Enter obeys the line, Ctrl-C en
 
 
 class HeardSound(Protocol):
-    """What is shown of a microphone.
+    """What is shown of a microphone."""
 
-    Attributes:
-        peak: its level now, 0 to 1.
-        background: level of the room, dBFS.
-        speaking: whether the robot speaks, so that only `never_missed` commands are obeyed.
-        device: its name.
-    """
-
-    peak: float
-    background: float
-    speaking: bool
-    device: str
+    peak: float  # its level now, 0 to 1
+    background: float  # level of the room, dBFS
+    speaking: bool  # whether the robot speaks, so that only `never_missed` commands are obeyed
+    device: str  # its name
 
 
 class ListeningState(Protocol):

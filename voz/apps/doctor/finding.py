@@ -17,21 +17,13 @@ JSON_NAMES: Final = {
 
 
 class Finding(Struct, frozen=True, rename=JSON_NAMES):
-    """The result of checking one part.
+    """The result of checking one part."""
 
-    Attributes:
-        part: its name.
-        ok: whether it does what it should.
-        status: how it is, in words.
-        remedy: what to do if it is not ok.
-        required: whether the robot does not obey, or not speak, without it.
-    """
-
-    part: str
-    ok: bool
-    status: str
-    remedy: str | None = None
-    required: bool = True
+    part: str  # its name
+    ok: bool  # whether it does what it should
+    status: str  # how it is, in words
+    remedy: str | None = None  # what to do if it is not ok
+    required: bool = True  # whether the robot does not obey, or not speak, without it
 
 
 def failed(part: str, error: VozError, required: bool = True) -> Finding:

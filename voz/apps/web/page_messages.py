@@ -62,15 +62,11 @@ class Alarms(msgspec.Struct, frozen=True):
 
 
 class Playing(msgspec.Struct, frozen=True):
-    """POST /api/sounding: how long the driving page plays something from now on, s.
-
-    Attributes:
-        reply: the reply that it plays; None if it is something else.
-    """
+    """POST /api/sounding: how long the driving page plays something from now on, s."""
 
     page: ShortText
     seconds: Annotated[float, msgspec.Meta(ge=0, le=MAX_PLAYBACK)]
-    reply: ReplyText | None = None
+    reply: ReplyText | None = None  # the reply that it plays; None if it is something else
 
 
 class Login(msgspec.Struct, frozen=True):

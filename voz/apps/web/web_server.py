@@ -40,21 +40,13 @@ LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True)
 class PageAddress:
-    """Where the page is served.
+    """Where the page is served."""
 
-    Attributes:
-        listener: the socket that is listened on.
-        access: who may open the page.
-        link: what to open in a browser; it holds the token.
-        host: the interface.
-        certificates: for HTTPS.
-    """
-
-    listener: ListeningSocket
-    access: AccessControl
-    link: str
-    host: str
-    certificates: Certificates | None = None
+    listener: ListeningSocket  # the socket that is listened on
+    access: AccessControl  # who may open the page
+    link: str  # what to open in a browser; it holds the token
+    host: str  # the interface
+    certificates: Certificates | None = None  # for HTTPS
 
     @property
     def tls(self) -> SSLContext | None:

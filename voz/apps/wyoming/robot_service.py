@@ -71,22 +71,14 @@ Context = dict[str, Any] | None
 
 @dataclass(frozen=True)
 class RobotAccess:
-    """What the clients of a run share.
+    """What the clients of a run share."""
 
-    Attributes:
-        bridge: passes commands on.
-        commands: returns what may be said now.
-        language: its code, as `en`.
-        page_drives: returns whether somebody drives from the operator page.
-        limit: of the commands of all clients.
-        event_limit_of: returns the limit of all events from a network.
-    """
-
-    bridge: CommandBridge
-    commands: Callable[[], Commands]
-    language: str
-    page_drives: Callable[[], bool]
-    limit: RateLimit
+    bridge: CommandBridge  # passes commands on
+    commands: Callable[[], Commands]  # returns what may be said now
+    language: str  # its code, as `en`
+    page_drives: Callable[[], bool]  # returns whether somebody drives from the operator page
+    limit: RateLimit  # of the commands of all clients
+    # returns the limit of all events from a network
     event_limit_of: Callable[[Hashable], RateLimit]
 
     @property

@@ -78,19 +78,12 @@ def folder_of(commands: Path) -> Path:
 
 @dataclass(frozen=True)
 class CommandList:
-    """The sentences of a plain list.
+    """The sentences of a plain list."""
 
-    Attributes:
-        name: what messages call the list, mostly its path.
-        sentences: the commands, normalized, each once, in the order of the list.
-        lines: the line number of each sentence, from 1.
-        warnings: what the user should know, one line each.
-    """
-
-    name: str
-    sentences: tuple[str, ...]
-    lines: tuple[int, ...]
-    warnings: tuple[str, ...] = ()
+    name: str  # what messages call the list, mostly its path
+    sentences: tuple[str, ...]  # the commands, normalized, each once, in the order of the list
+    lines: tuple[int, ...]  # the line number of each sentence, from 1
+    warnings: tuple[str, ...] = ()  # what the user should know, one line each
 
     def places(self) -> dict[str, str]:
         """Where each word first stands, as `FILE:LINE`."""

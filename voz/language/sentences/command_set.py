@@ -33,15 +33,10 @@ MarkedArc: TypeAlias = tuple[int, SlotMarks]
 
 
 class SlotReader(msgspec.Struct, frozen=True):
-    """The states of a template, without cycles; it begins in the first.
+    """The states of a template, without cycles; it begins in the first."""
 
-    Attributes:
-        arcs: of each state, by word.
-        ends: the final states, and the marks at the end.
-    """
-
-    arcs: list[dict[str, list[MarkedArc]]]
-    ends: dict[int, SlotMarks]
+    arcs: list[dict[str, list[MarkedArc]]]  # of each state, by word
+    ends: dict[int, SlotMarks]  # the final states, and the marks at the end
 
     def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
         """The slots of a sentence, by its first reading; None if it is not of the template."""
@@ -104,34 +99,21 @@ MAX_WRONG_LETTERS = 0.4
 
 
 class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What the sentences of a template mean.
+    """What the sentences of a template mean."""
 
-    Attributes:
-        command: its name.
-        constants: slots that are always the same.
-        reader: finds the others; None if there are none.
-        template: the number of the template, which gives several commands if it has no name.
-    """
-
-    command: str
-    constants: dict[str, Value] = {}
-    reader: SlotReader | None = None
-    template: int = 0
+    command: str  # its name
+    constants: dict[str, Value] = {}  # slots that are always the same
+    reader: SlotReader | None = None  # finds the others; None if there are none
+    template: int = 0  # the number of the template, which gives several commands if it has no name
 
 
 @dataclass(frozen=True)
 class Parse:
-    """What a sentence means.
+    """What a sentence means."""
 
-    Attributes:
-        text: the sentence in words, as it is spoken.
-        command: the name of its template.
-        slots: their values by name.
-    """
-
-    text: str
-    command: str
-    slots: Mapping[str, Value] = field(default_factory=dict)
+    text: str  # the sentence in words, as it is spoken
+    command: str  # the name of its template
+    slots: Mapping[str, Value] = field(default_factory=dict)  # their values by name
 
     def is_one_of(self, names: Collection[str]) -> bool:
         """Whether the sentence or its command is among some names."""
@@ -387,19 +369,12 @@ def plain_commands(sentences: Sequence[str]) -> Commands:
 
 
 class StoredCommands(msgspec.Struct, frozen=True):
-    """What the `.templates` file of a language holds.
+    """What the `.templates` file of a language holds."""
 
-    Attributes:
-        sources: the SHA-256 of each template file, by its path relative to the folder.
-        arcs: of the automaton.
-        labels: of the automaton.
-        meanings: of the labels.
-    """
-
-    sources: dict[str, str]
-    arcs: list[dict[str, int]]
-    labels: list[int]
-    meanings: list[Meaning]
+    sources: dict[str, str]  # the SHA-256 of each template file, by its path relative to the folder
+    arcs: list[dict[str, int]]  # of the automaton
+    labels: list[int]  # of the automaton
+    meanings: list[Meaning]  # of the labels
 
 
 def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:

@@ -255,15 +255,10 @@ def tagged_wordings(numbers: NumberRange) -> Expression:
 
 
 class Size(NamedTuple):
-    """The size of an expression.
+    """The size of an expression."""
 
-    Attributes:
-        ways: number of sentences; one that it gives twice counts twice.
-        longest: words of the longest.
-    """
-
-    ways: int
-    longest: int
+    ways: int  # number of sentences; one that it gives twice counts twice
+    longest: int  # words of the longest
 
 
 def size(item: Expression, known: dict[int, Size]) -> Size:

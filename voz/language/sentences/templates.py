@@ -31,18 +31,12 @@ from voz.language.sentences.text_lines import Location, error_at, summarize_warn
 
 @dataclass(frozen=True)
 class Template:
-    """Sentences that mean one command.
+    """Sentences that mean one command."""
 
-    Attributes:
-        command: its name; None if the template itself names it.
-        expression: the sentences.
-        place: where it stands.
-        constants: slots with fixed values.
-    """
-
-    command: str | None
-    expression: Expression
-    place: Location
+    command: str | None  # its name; None if the template itself names it
+    expression: Expression  # the sentences
+    place: Location  # where it stands
+    # slots with fixed values
     constants: Mapping[str, Value] = field(default_factory=lambda: MappingProxyType({}))
 
 

@@ -47,19 +47,12 @@ def summarize_warnings(warnings: list[str], summary: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """A place in a file, for messages.
+    """A place in a file, for messages."""
 
-    Attributes:
-        file: what messages call the file.
-        line: from 1.
-        column: from 1; 0 is the whole line.
-        text: the line.
-    """
-
-    file: str
-    line: int
-    column: int = 0
-    text: str = ""
+    file: str  # what messages call the file
+    line: int  # from 1
+    column: int = 0  # from 1; 0 is the whole line
+    text: str = ""  # the line
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}" + (f":{self.column}" if self.column else "")
@@ -105,21 +98,13 @@ class Faults:
 
 @dataclass(frozen=True)
 class Passage:
-    """A piece of a file that is parsed.
+    """A piece of a file that is parsed."""
 
-    Attributes:
-        file: what messages call the file.
-        line: the number of its first line, from 1.
-        column: where it begins in that line, from 0.
-        text: the piece; it may have several lines.
-        whole: its whole first line; empty if the piece is that line.
-    """
-
-    file: str
-    line: int
-    column: int
-    text: str
-    whole: str = ""
+    file: str  # what messages call the file
+    line: int  # the number of its first line, from 1
+    column: int  # where it begins in that line, from 0
+    text: str  # the piece; it may have several lines
+    whole: str = ""  # its whole first line; empty if the piece is that line
 
     def place(self, at: int = 0) -> Location:
         """The location of a character in the file."""

@@ -87,31 +87,21 @@ class Rectangle(NamedTuple):
 
 
 class LabelRequest(NamedTuple):
-    """A label that needs a place.
+    """A label that needs a place."""
 
-    Attributes:
-        anchor: the place that it describes.
-        size: its width and height.
-        leader: whether a line leads from it to its anchor; else it must be near and cover nothing.
-    """
-
-    anchor: Position
-    size: tuple[float, float]
+    anchor: Position  # the place that it describes
+    size: tuple[float, float]  # its width and height
+    # whether a line leads from it to its anchor; else it must be near and cover nothing
     leader: bool
 
 
 class LabelOption(NamedTuple):
-    """A place that a label may have, and what it costs.
-
-    Attributes:
-        leader: points of the line to it, if there is one.
-        around: a box around both.
-    """
+    """A place that a label may have, and what it costs."""
 
     cost: float
     box: Rectangle
-    leader: Points
-    around: Rectangle
+    leader: Points  # points of the line to it, if there is one
+    around: Rectangle  # a box around both
 
     def excludes(self, other: LabelOption) -> bool:
         """Whether one would cover the other, or its leader."""

@@ -137,20 +137,15 @@ MAX_HALVINGS = 30
 
 
 class WorldState(msgspec.Struct, frozen=True):
-    """The robot at a time `t`, s: forward velocity in m/s, turning to the left in rad/s.
-
-    Attributes:
-        selected: the object that the arm points at or is turning to; 100 folds it.
-        collided: whether the base touched something and is not away from it yet.
-    """
+    """The robot at a time `t`, s: forward velocity in m/s, turning to the left in rad/s."""
 
     t: float
     pose: Pose2D
     linear: float = 0.0
     angular: float = 0.0
     arm: Joints = FOLDED
-    selected: int = FOLD_ARM
-    collided: bool = False
+    selected: int = FOLD_ARM  # the object that the arm points at or is turning to; 100 folds it
+    collided: bool = False  # whether the base touched something and is not away from it yet
 
 
 class Gap(NamedTuple):

@@ -55,10 +55,7 @@ class CheckedRecord(msgspec.Struct, frozen=True):
 def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
     """Raise ConfigError, worded as for a record, if an argument has another type.
 
-    Args:
-        kind: the type; messages name the first of several.
-        value: the argument.
-        name: its name in messages.
+    Messages have its name, and name the first of several types.
     """
     if not isinstance(value, kind):
         wanted = kind[0] if isinstance(kind, tuple) else kind

@@ -216,15 +216,9 @@ SHORT_GROUP = 10
 
 
 def card_page(card: CommandCard, name: str, icon: str) -> str:
-    """Write a page that needs no other file, network or script.
+    """Write a page that a browser prints on A4; it needs no other file, network or script.
 
-    Args:
-        card: the commands.
-        name: of the list.
-        icon: SVG.
-
-    Returns:
-        The page, which a browser prints on A4.
+    It has the name of the list, and the icon as SVG.
     """
     groups = {name: _group(name, entries) for name, entries in card.groups.items()}
     listening = groups.pop(LISTEN, "")

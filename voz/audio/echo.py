@@ -154,12 +154,10 @@ class EchoCanceller:
 
     @on_one_thread
     def clean(self, heard: Samples, played: npt.NDArray[np.float32]) -> Cleaned:
-        """Remove the echo from recorded sound.
+        """Remove the echo from recorded sound, 16 kHz.
 
-        Args:
-            heard: the microphone's samples, 16 kHz.
-            played: the loudspeaker's, ending at the same time and beginning earlier by the longest
-                delay with which they may arrive.
+        What was played ends at the same time, and begins earlier by the longest delay with which it
+        may arrive.
         """
         aligned = self._aligner.align(heard, played)
         if not self._aligner.is_heard:

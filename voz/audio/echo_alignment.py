@@ -69,10 +69,7 @@ class EchoAligner:
     def align(self, heard: Samples, played: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Return the part of `played` of which the echo is in `heard`, as by the same clock.
 
-        Args:
-            heard: the microphone's samples, 16 kHz.
-            played: the loudspeaker's, ending at the same time and beginning earlier by the longest
-                delay with which they may arrive.
+        They are as for `EchoCanceller.clean`.
         """
         drift = self._drift
         aligned, likeness = _aligned(heard, played, drift)

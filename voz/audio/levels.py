@@ -208,14 +208,9 @@ class Background:
         self._fill(level, True, SILENCE_FRAMES)
 
     def risen_above(self, by: float, steady_within: float) -> SteadyNoise | None:
-        """Find the steady noise that something has just risen above.
+        """Find the steady noise that the last two frames have just risen above by so much, dB.
 
-        Args:
-            by: how far the last two frames are above it, dB.
-            steady_within: by how much its level may change, dB.
-
-        Returns:
-            The noise before the rise; None if it was not steady, or nothing rose.
+        None if its level changed by more than `steady_within`, dB, or nothing rose.
         """
         last = self._levels[-STEADY_FRAMES - RISE_FRAMES :]
         before, now = last[:STEADY_FRAMES], last[-2:]

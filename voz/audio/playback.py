@@ -33,13 +33,9 @@ class PlayingSound:
     def __init__(
         self, sound: Wave, volume: float = 1.0, repeats: bool = False, text: str | None = None
     ) -> None:
-        """Start at the beginning.
+        """Start at the beginning of a sound of one sample or more; the volume is 0 to 1.
 
-        Args:
-            sound: at least one sample.
-            volume: factor of the amplitude, 0 to 1.
-            repeats: whether it repeats until it is stopped.
-            text: what it says; None if it is no speech, or its words are not known.
+        The text is None if it is no speech, or its words are not known.
         """
         self.repeats = repeats
         self.text = text

@@ -27,13 +27,8 @@ class Piece(NamedTuple):
 def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, list[Piece]]:
     """Find what stands out of a steady noise.
 
-    Args:
-        levels: of the frames, dB.
-        above: how far a frame stands out, dB.
-        pause: number of quiet frames between two pieces.
-
-    Returns:
-        The level of the noise, dB, and the pieces in order.
+    Returns the level of the noise and the pieces in order; levels are dB, the pause between two
+    pieces is in quiet frames.
     """
     usual = float(quantile(levels, STEADY_QUANTILE))
     found: list[Piece] = []
@@ -264,14 +259,10 @@ class OpenSegment:
     def segment(
         self, end: int, heard: int, kept: Samples, kept_from: int, before: int = CONTEXT_SAMPLES
     ) -> Segment:
-        """Make the segment from `start` to `end`; all positions are samples of the stream.
+        """Make the segment from `start` to `end`, with `before` samples before it.
 
-        Args:
-            end: of the segment.
-            heard: the position of now.
-            kept: the last samples of the stream.
-            kept_from: where these begin.
-            before: how many samples before it to keep with it.
+        All positions are samples of the stream: `heard` is now, `kept` its last ones from
+        `kept_from`.
         """
         first, last = self.start - kept_from, end - kept_from
         never_quiet = self.voices > 1 - MIN_SILENT_SHARE

@@ -70,12 +70,7 @@ def make_profile(
 ) -> None:
     """Record a speaker, or read recordings; find the profile, keep it, and show what it gains.
 
-    Args:
-        name: of the profile.
-        wav: a folder with recordings and their manifest; None records.
-        device: the microphone, by its number or a part of its name; None is the default one.
-        language: the language files.
-        settings: how the speaker is recognized.
+    `wav` is a folder with recordings and their manifest; None records by the device.
     """
     from rich.console import Console
 

@@ -139,13 +139,9 @@ Result: TypeAlias = tuple[ControllerState, tuple[Event, ...]]
 def step(
     state: ControllerState, message: ControllerMessage, now: float, place: Place | None = None
 ) -> Result:
-    """Let a message take effect.
+    """Let a message take effect at a time of the run, s; what was heard does so at its own.
 
-    Args:
-        state: the state before it.
-        message: what was heard, or has happened.
-        now: the time of the run, s; utterances and partials take effect at their own.
-        place: where odometry has the robot then.
+    `place` is where odometry has the robot then.
     """
     match message:
         case Partial():

@@ -110,9 +110,7 @@ HALF_BEAT = 0.05
 def place_from_odometry(odometry: tuple[float, Any] | None, now: float) -> Place | None:
     """Return where the newest odometry has a robot; None if there is none or it is too old.
 
-    Args:
-        odometry: when it came, s, and a `nav_msgs/Odometry` of ROS 1 or ROS 2.
-        now: the time, s.
+    `odometry` is when it came, s, and a `nav_msgs/Odometry` of ROS 1 or ROS 2.
     """
     if odometry is None or now - odometry[0] >= MAX_ODOMETRY_AGE:
         return None

@@ -109,12 +109,7 @@ def obey(
 ) -> Transition:
     """Apply one command; one that is not in the table changes nothing.
 
-    Args:
-        state: the state before it.
-        command: what was said.
-        table: what each command does.
-        safety: the limits; with `enabled` False the bare rules.
-        place: where odometry has the robot.
+    `place` is where odometry has the robot. With `enabled` of `safety` False the bare rules hold.
     """
     name = command.name
     steps = table.steps(name, state.commands)

@@ -180,11 +180,8 @@ def check_commands(
 ) -> None:
     """Raise ConfigError for a list of commands that can move a robot and not stop it.
 
-    Args:
-        table: what they do.
-        names: the commands of the list.
-        after_stop: those with a sentence that begins with one that stops the robot.
-        where: the list's name in messages.
+    `after_stop` are those with a sentence that begins with one that stops the robot; `where` is the
+    list's name in messages.
     """
     moving = next((name for name in names if can_move(table, name)), None)
     if moving is not None and table.stops.isdisjoint(names):

@@ -87,13 +87,9 @@ class HalfDuplex:
         never_missed: Collection[str],
         source: str = MICROPHONE,
     ) -> None:
-        """Start a stream.
+        """Start a stream; `never_missed` are the commands that count during playback.
 
-        Args:
-            recognizer: makes the streams.
-            loudspeaker: the robot's own sound; None if the microphone cannot hear it.
-            never_missed: the commands that count during playback.
-            source: the `source` of the utterances.
+        The loudspeaker is the robot's own; None if the microphone cannot hear it.
         """
         self._recognizer = recognizer
         self._source = source

@@ -175,15 +175,9 @@ class Hearing:
         *,
         never_missed: Collection[str] = (),
     ) -> None:
-        """Prepare to listen.
+        """Prepare to listen; events go to the inbox, with times by the clock of the run, s.
 
-        Args:
-            recognizer: understands the sound.
-            sound: where it comes from.
-            inbox: where events go.
-            clock: the time of the run, s.
-            recorder: records the sound.
-            never_missed: the commands that count while the robot speaks.
+        `never_missed` are the commands that count while the robot speaks.
         """
         self.peak, self.background = 0.0, MIN_DBFS
         self.speaking, self.device = False, ""

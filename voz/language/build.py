@@ -55,14 +55,11 @@ def build(
     every_pair: bool = False,
     before: Collection[str] = (),
 ) -> BuildResult:
-    """Generate all language files from a command list.
+    """Generate all language files from a command list, in a folder that is made if it is missing.
 
-    Args:
-        commands: the command list; a `pronunciations.txt` beside it is used.
-        out: the folder to write to; it is created if it is missing.
-        source: what the list holds, if it was read before.
-        every_pair: whether it warns of all pairs that sound alike; else of the worst.
-        before: the sentences whose pairs the user knows.
+    A `pronunciations.txt` beside the list is used. `source` is what the list holds, if it was read
+    before. It warns of the worst pairs that sound alike, or of every one, but of none whose
+    sentences are in `before`.
     """
     source = source or read_list(commands)
     contents = _contents(source, out)

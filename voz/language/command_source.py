@@ -64,12 +64,9 @@ class CommandSource:
 
 
 def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandSource:
-    """Read a command list, and find out how its words are pronounced; raises CommandsError.
+    """Read a command list of any format, and how its words are pronounced; raises CommandsError.
 
-    Args:
-        commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
-            Of a folder all lists are one.
-        language: what is spoken; None is English.
+    A `pronunciations.txt` beside it is used. Of a folder all lists are one. No language is English.
     """
     if commands.is_dir():
         return _read_folder(commands, language)
@@ -171,13 +168,10 @@ def pronounce_words(
     language: OtherLanguage | None = None,
     texts: Collection[bytes] = (),
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced.
+    """Find out how words are pronounced, by a `pronunciations.txt` in the folder, too.
 
-    Args:
-        folder: where a `pronunciations.txt` may be; None if there is none.
-        places: the words, and where each stands, for messages.
-        language: what is spoken; None is English.
-        texts: what the user wrote, in UTF-8; words in capitals may be spelled.
+    `places` has where each stands, for messages; words in capitals in `texts`, which the user wrote
+    in UTF-8, may be spelled. No language is English.
 
     Raises:
         CommandsError: nobody knows how to say one of them.

@@ -127,16 +127,10 @@ def pronounce_from(
     dictionary: Mapping[str, tuple[str, ...]],
     rules: LetterRules | None,
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced; the first source that knows one decides.
+    """Find out how words are pronounced: by the user, a dictionary of `read_dictionary`, or rules.
 
-    Args:
-        places: the words, and where each stands, as `FILE:LINE`.
-        user: the user's own pronunciations.
-        dictionary: what `read_dictionary` returns.
-        rules: for words that neither has.
-
-    Returns:
-        An entry for each word, sorted by word; CommandsError is raised if one has none.
+    The first that knows a word decides. `places` has where each stands, as `FILE:LINE`; the entries
+    are sorted by word. Raises CommandsError if a word has none.
     """
     entries: dict[str, LexiconEntry] = {}
     for word in places:

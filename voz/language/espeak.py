@@ -35,13 +35,7 @@ def pronounce_by_espeak(
 ) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced, each alone: by the user, else by espeak-ng.
 
-    Args:
-        places: the words, and where each stands, as `FILE:LINE`.
-        user: the user's own pronunciations.
-        language: one that espeak-ng speaks.
-
-    Returns:
-        An entry for each word, sorted by word.
+    `places` has where each stands, as `FILE:LINE`; the entries are sorted by word.
 
     Raises:
         CommandsError: espeak-ng does not pronounce a word, or by a phone that no table has.

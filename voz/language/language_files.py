@@ -263,11 +263,7 @@ def parse_dictionary(
 ) -> dict[str, tuple[str, ...]]:
     """Parse a dictionary, as strictly as pocketsphinx needs it; raises LanguageError.
 
-    Args:
-        text: what `read_plain_text` has read.
-        path: what messages call it.
-        advice: what the user can do if it cannot be used.
-        phones: those of the acoustic model.
+    The text is as `read_plain_text` has read it, the phones are those of the acoustic model.
     """
     words: dict[str, tuple[str, ...]] = {}
     for number, line in enumerate(_lines(text), start=1):

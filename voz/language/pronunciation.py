@@ -194,10 +194,8 @@ def parse_pronunciations(
 ) -> dict[str, tuple[str, ...]]:
     """Parse the user's pronunciations, UTF-8: lines `word PH PH`, `#` begins a comment.
 
-    Args:
-        data: the lines; a word may have several.
-        name: what messages call the file.
-        phones_known: those of another language's acoustic model; None is English.
+    A word may have several. The phones are those of another language's acoustic model; None is
+    English.
     """
     found: dict[str, dict[str, None]] = {}
     for number, text in content_lines(data, name):
@@ -243,17 +241,10 @@ def pronounce(
     guess: Guesser,
     capitals: Collection[str] = (),
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced; the first of the four sources that knows one decides.
+    """Find out how words are pronounced: by the user, CMUdict, spelling capitals, or a guess.
 
-    Args:
-        places: the words, and where each stands, as `FILE:LINE`.
-        user: the user's own pronunciations.
-        cmudict: what `read_cmudict` returns.
-        guess: guesses the phones of unknown words.
-        capitals: those of the words that were written in capitals, as RFID.
-
-    Returns:
-        An entry for each word, sorted by word; CommandsError is raised if one has none.
+    The first that knows a word decides. `places` has where each stands, as `FILE:LINE`; the entries
+    are sorted by word. Raises CommandsError if a word has none.
     """
 
     def known(word: str) -> tuple[str, ...]:

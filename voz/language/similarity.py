@@ -64,13 +64,10 @@ def find_similar(
     at_least: float = LISTED_SIMILARITY,
     distances: PhoneDistances | None = None,
 ) -> list[SimilarPair]:
-    """Find the pairs of commands that sound alike, the most similar first.
+    """Find the pairs of normalized sentences that sound alike, the most similar first.
 
-    Args:
-        commands: normalized sentences, each once.
-        pronunciations: of each of their words, such as "K OW L AH".
-        at_least: similarity, 0 to 1; the higher, the faster.
-        distances: of the phones; None for those of English.
+    The pronunciations are those of each of their words, such as "K OW L AH". The higher `at_least`,
+    0 to 1, the faster. No distances are those of English phones.
     """
     distances = distances or read_distances()
     farthest = -math.log(at_least) * UNRELATED_LOSS if at_least > 0 else math.inf

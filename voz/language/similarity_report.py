@@ -31,10 +31,8 @@ def similarity_warnings(
 ) -> tuple[str, ...]:
     """Warn of risky pairs, the worst first, and which to reword.
 
-    Args:
-        pairs: what sounds alike, in any order.
-        every: whether all are named; else `MAX_REPORT_LINES`.
-        known: lists whose own pairs were told of before.
+    `MAX_REPORT_LINES` are named, or every one; pairs within one of the lists in `known` were told
+    of before.
     """
     lists = list(known)
     risky = [

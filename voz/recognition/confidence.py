@@ -107,9 +107,8 @@ def probability(model: Model, features: Mapping[str, float]) -> float:
 def speech_probability(voice: float, known: float = 0.0) -> float:
     """A factor from 0 to 1 for how surely a sound is speech, which likelihoods do not show.
 
-    Args:
-        voice: output of the voice detector for the words, 0 to 1.
-        known: the probability of the command by the network; 0 without it.
+    `voice` is what the voice detector gives for the words, `known` the probability of the command
+    by the network, both 0 to 1.
     """
     if known >= SURE_PROBABILITY and voice >= SOFT_SPEECH_VOICE:
         return 1.0
@@ -125,8 +124,7 @@ them."""
 def own_word_probability(lead: float | None) -> float:
     """The probability that the command was said and not one with a rival word in it.
 
-    Args:
-        lead: how much better the best rival fits, nats; None if the command has none.
+    `lead` is how much better the best rival fits, nats; None if the command has none.
     """
     return 1.0 if lead is None else sigmoid(ODDS_PER_RIVAL_NAT * (RIVAL_LEAD - lead))
 
@@ -164,14 +162,9 @@ def alarm_rates_near(usual: float) -> tuple[float, ...]:
 
 
 def miss_rate_at(costs: Sequence[MissRate], alarms: float) -> float | None:
-    """The share of commands that is missed at a rate of false alarms.
+    """The share of commands missed at a rate of false alarms an hour; None outside known rates.
 
-    Args:
-        costs: known miss rates, by rising alarms.
-        alarms: an hour; its logarithm is interpolated.
-
-    Returns:
-        None outside the known rates.
+    Between two known rates their logarithm is interpolated.
     """
     for one in costs:
         if one.alarms == alarms:

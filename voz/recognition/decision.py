@@ -105,15 +105,9 @@ class Rival:
 def find_rival(
     ranking: Ranking, parse: Callable[[str], Parse | None], begun: Begun | None = None
 ) -> Rival | None:
-    """Find the likeliest sentence of another meaning than the best one.
+    """Find the likeliest sentence of another meaning than the best one, for one with slots.
 
-    Args:
-        ranking: the sentences by their scores.
-        parse: returns the meaning of a sentence.
-        begun: a sentence of which only the beginning may have been heard.
-
-    Returns:
-        None for a sentence without slots, or if no other meaning is there.
+    Of the sentence `begun` only the beginning may have been heard.
     """
     said = parse(ranking.text)
     if said is None or not said.slots:

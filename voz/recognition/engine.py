@@ -61,12 +61,7 @@ class RecognitionEngine(PublicNames):
         settings: Recognition,
         profile: Profile | None = None,
     ) -> None:
-        """Load the models.
-
-        Args:
-            language: the language files.
-            settings: which search, which thresholds, and how early to decide.
-            profile: of the speaker and the microphone.
+        """Load the models, with the profile of a speaker and a microphone.
 
         Raises:
             LanguageError: the language files cannot be used.
@@ -99,11 +94,7 @@ class RecognitionEngine(PublicNames):
     def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
         """Read the language files again, for the streams that begin from now on.
 
-        Args:
-            check: called with the new commands; if it raises, the old ones stay.
-
-        Raises:
-            LanguageError: the files cannot be used; the old commands stay.
+        The old commands stay if `check` raises for the new ones, or with LanguageError.
         """
         check_callable(check, "check")
         renewed = self._load()
@@ -209,13 +200,9 @@ def open_stream(
     spotting: bool = True,
     details: Details = NO_DETAILS,
 ) -> Stream:
-    """Begin an independent stream.
+    """Begin an independent stream, whose utterances name the source.
 
-    Args:
-        recognizer: what follows it.
-        source: its name, for utterances.
-        spotting: whether to report a possible `stop` before the sound around it pauses.
-        details: what utterances have besides.
+    With `spotting` a possible `stop` is reported before the sound around it pauses.
     """
     interpreter, early = recognizer._interpreter, recognizer._early
     return Stream(interpreter, source, early, spotting, details)

@@ -200,14 +200,7 @@ class Interpreter:
     def utterance(
         self, decision: Decision, decided: float, source: str, details: Details = NO_DETAILS
     ) -> Utterance:
-        """Make the event of a decision.
-
-        Args:
-            decision: about what was understood of a segment.
-            decided: time of the decision, s.
-            source: name of the stream.
-            details: what the utterance has besides.
-        """
+        """Make the event of a decision about a segment of a source, made at a time, s."""
         heard = decision.hypothesis
         segment, text = heard.segment, heard.text
         reason, between = (None, None) if decision.accepted else decision.why_refused

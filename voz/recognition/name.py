@@ -118,12 +118,9 @@ def find_evidence(
 ) -> NameEvidence:
     """Find where a name fits best, and what is heard there.
 
-    Args:
-        log_ratios: log-probabilities less that of the likeliest symbol, nats, moments x (phones of
-            the dictionary and a blank).
-        before: cost of beginning at each moment, nats.
-        behind: cost of ending at each moment, nats.
-        name: its lattice.
+    `log_ratios` are log-probabilities less that of the likeliest symbol, nats, moments x (phones of
+    the dictionary and a blank); `before` and `behind` the costs of beginning and ending at each
+    moment, nats.
     """
     path = best_path(log_ratios, before, behind, name)
     nodes = np.array(path.nodes, np.intp)
@@ -229,16 +226,11 @@ class NameFinder:
         earliest_end: float = 0.0,
         alone: bool = False,
     ) -> NameMatch:
-        """Find where the name fits best, and how surely it was said.
+        """Find where the name fits best, and how surely it was said; samples of 16 kHz.
 
         In doubt the log-odds are those of the mean of its odds at several speeds, and how well it
-        fits by pocketsphinx is added.
-
-        Args:
-            samples: the sound, 16 kHz.
-            likelihoods: its phones.
-            earliest_end: when it ends at the earliest, s.
-            alone: whether nothing is said just after it.
+        fits by pocketsphinx is added. It ends at `earliest_end`, s, or later; `alone` says that
+        nothing is said just after it.
         """
         match = self.best(likelihoods, earliest_end, alone)
         if not LEAST_LOG_ODDS < match.log_odds < SURE_LOG_ODDS:

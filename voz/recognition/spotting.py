@@ -52,13 +52,9 @@ class KeywordSpotter:
         others: Iterable[str],
         lock: NonReentrantLock,
     ) -> None:
-        """Prepare to look for commands.
+        """Prepare to look for one command or more, which may be taken for `others`.
 
-        Args:
-            scorer: the network.
-            commands: at least one.
-            others: what they may be taken for.
-            lock: of the recognizer, which each search takes.
+        Each search takes the lock, which is that of the recognizer.
         """
         self._scorer = scorer
         self._lock = lock
@@ -128,11 +124,9 @@ class PlaybackSpotter:
         spotter: KeywordSpotter | None,
         utterance_of: Callable[[SpottedCommand, float], Utterance],
     ) -> None:
-        """Start a stream.
+        """Start a stream; without the network there is no spotter.
 
-        Args:
-            spotter: finds commands; None without the network.
-            utterance_of: makes the event of a command, and the time of its decision, s.
+        `utterance_of` makes the event of a command, and the time of its decision, s.
         """
         self._spotter = spotter
         self._utterance_of = utterance_of
@@ -146,9 +140,7 @@ class PlaybackSpotter:
     def check(self, sound: Cleaned, now: float) -> Utterance | None:
         """Return a command that must not be missed, if it was said.
 
-        Args:
-            sound: the last `PLAYBACK_WINDOW` samples.
-            now: where they end in the stream, s.
+        The sound is the last `PLAYBACK_WINDOW` samples, which end at a time of the stream, s.
         """
         if self._spotter is None:
             return None
@@ -173,12 +165,7 @@ class PlaybackSpotter:
     ) -> bool:
         """Whether a command is no echo: it stands out of the echo, and has phones of its own.
 
-        Args:
-            text: the command.
-            sound: as much as there is around it.
-            begin: where it begins, s.
-            end: where it ends, s.
-            limits: what it needs.
+        It begins and ends at times in the sound, s, which has as much as there is around it.
         """
         first = begin - MARGIN
         if begin < 0 or first * SAMPLE_RATE > len(sound.samples):

@@ -47,15 +47,9 @@ def run_node_session(
 ) -> None:
     """Control the robot by the messages of the inbox, until the node is ended.
 
-    Args:
-        node: the node of this process.
-        settings: the topics and the safety rules.
-        speech_input: where commands come from, to be watched.
-        say: receivers that speak.
-        inbox: commands.
-        clock: of the run.
-        listening: whether commands are obeyed before a `start speech`; `~listening` says so, too.
-        says_heard: whether the node publishes what is obeyed.
+    The speech input is watched. Commands are obeyed before a `start speech` if `listening`, or
+    `~listening`, is true. `says_heard` is whether the node publishes what is obeyed; `say` are the
+    receivers that speak.
     """
     table = settings.table
     watchdog = RobotSpec("ros1", settings, only_zero=True, arguments=watchdog_arguments(node.name))

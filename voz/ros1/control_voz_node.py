@@ -36,11 +36,7 @@ class RecognizerTopic:
     ) -> None:
         """Subscribe to a topic of strings, and to `trouble` beside it.
 
-        Args:
-            topic: its name.
-            commands: what has an effect; other strings are logged.
-            inbox: gets the commands.
-            clock: the time of the run, s.
+        Strings that are no command are logged. The clock returns the time of the run, s.
         """
         from std_msgs.msg import String
 

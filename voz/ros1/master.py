@@ -40,9 +40,7 @@ def master_uri() -> str:
 def check_namespace(said: str | None = None, place: str = "ROS_NAMESPACE") -> None:
     """Raise ConfigError for an invalid namespace, with which rospy never starts or ends.
 
-    Args:
-        said: the namespace; None takes that of the environment.
-        place: what says so, for the message.
+    None takes that of the environment; `place` is what says so, for the message.
     """
     said = os.environ.get("ROS_NAMESPACE", "") if said is None else said
     if not re.fullmatch(r"(/?[A-Za-z]\w*(/\w+)*)?/?", said, re.ASCII):

@@ -67,12 +67,9 @@ def apply_special_arguments(arguments: Sequence[str]) -> None:
 
 
 def watchdog_arguments(node: str) -> tuple[str, ...]:
-    """Return the arguments of the watchdog of this process's node: no two nodes have one name.
+    """Return the arguments of the watchdog of a node, by its full name: no two nodes have one name.
 
     Its private parameters are left out: what they set is in the watchdog's settings.
-
-    Args:
-        node: its full name.
     """
     from rospy.names import get_resolved_mappings
 
@@ -215,13 +212,8 @@ def subscribe(topic: str, kind: Any, act: Callable[[Any], None], **how: Any) -> 
     """Subscribe to a topic; what cannot be read is dropped.
 
     rospy would drop the connection with it, and stumble over the same bytes whenever it connects
-    again.
-
-    Args:
-        topic: its name.
-        kind: the class of its messages.
-        act: called with each message, on a thread of rospy's.
-        how: what else `rospy.Subscriber` takes.
+    again. `act` is called with each message on a thread of rospy's; `how` is what else
+    `rospy.Subscriber` takes.
     """
 
     class Received(kind):  # type: ignore[misc]
@@ -322,8 +314,7 @@ def choice_parameter(name: str, among: tuple[str, ...]) -> str:
 def read_settings(**speech: Any) -> Config:
     """Read `~config`, a voz.toml, and put the parameters that have its names in their place.
 
-    Args:
-        speech: settings of how the robot answers.
+    `speech` are settings of how the robot answers.
 
     Raises:
         ConfigError: a value cannot be.

@@ -46,10 +46,8 @@ def find_or_make_language(
 ) -> tuple[LanguageFiles, tuple[str, ...]]:
     """Find or make the language files by the node's parameters; return them with warnings.
 
-    Args:
-        settings_lm: the folder that voz.toml names.
-        folder: an empty folder for new files.
-        spoken: the language that voz.toml names; None is English.
+    `settings_lm` and `spoken` are what voz.toml names; no language is English. New files go into an
+    empty folder.
     """
     commands, lm, dictionary = (
         text_parameter("commands"),
@@ -69,11 +67,8 @@ def find_or_make_language(
 def import_lmtool_files(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
     """Convert a model and a dictionary of the online lmtool, which are in upper case.
 
-    Args:
-        lm: the ARPA model; a `.sent` of the same name is beside it, with its sentences, or the
-            `.corpus` that was given to lmtool.
-        dictionary: the pronunciations.
-        folder: gets the files, with voz's names.
+    Beside the ARPA model is a `.sent` of the same name, with its sentences, or the `.corpus` that
+    was given to lmtool. The folder gets the files, with voz's names.
     """
     files = LanguageFiles(folder)
     sent, corpus = lm.with_suffix(".sent"), lm.with_suffix(".corpus")

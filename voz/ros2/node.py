@@ -85,8 +85,7 @@ def cyclone_settings(environment: Mapping[str, str]) -> str:
 def _names_interfaces(uri: str) -> bool:
     """Whether the user chooses interfaces; Cyclone would add ours to those.
 
-    Args:
-        uri: names of files and pieces of XML, with commas between them.
+    `uri` has names of files and pieces of XML, with commas between them.
     """
     texts = [uri]
     for name in uri.split(","):  # pieces of XML are no files; Cyclone reports missing ones

@@ -33,12 +33,10 @@ MAX_TAKEN = 100
 def listen_to_recognizer(
     settings: Ros2, heard: Callable[[str], None], failed: Callable[[str], None]
 ) -> Iterator[None]:
-    """Listen to the topic of commands for a `with` block.
+    """Listen to the topic of commands for a `with` block, on a thread of its own.
 
-    Args:
-        settings: the domain and the topic.
-        heard: called with each text of other processes, in another thread.
-        failed: called there with a line, if that thread ends by an error.
+    There `heard` is called with each text of other processes, and `failed` with a line if that
+    thread ends by an error.
     """
     node = Ros2Node(settings)
     reader = node.reader(settings.output, String, Policy.IgnoreLocal.Process)

@@ -169,10 +169,7 @@ def time_of(item: Item) -> float:
 def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> Iterator[None]:
     """Put items into an inbox, each at its time, on threads of their own, until the run ends.
 
-    Args:
-        items: in the order of their times; their end, or an error, ends the run.
-        inbox: gets them.
-        clock: the time of the run.
+    They are in the order of their times; their end, or an error, ends the run.
     """
     ready: queue.Queue[Item | End] = queue.Queue(MAX_ITEMS_AHEAD)
     ended = threading.Event()

@@ -108,13 +108,8 @@ class CommandReload:
     ) -> None:
         """Begin with what is in use.
 
-        Args:
-            recognizer: what is reloaded.
-            settings: of the run.
-            settings_file: where they are; None if they are in no file.
-            load_functions: loads what a new table calls, or raises ConfigError.
-            inbox: where new commands go.
-            clock: the time of the run.
+        `settings_file` is None if the settings are in no file. `load_functions` loads what a new
+        table calls, or raises ConfigError.
         """
         self._recognizer = recognizer
         self._settings = settings

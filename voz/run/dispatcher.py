@@ -164,12 +164,10 @@ class QueuedReceiver:
         opening: AbstractContextManager[Receiver],
         report: Callable[[Notice | End], None],
     ) -> None:
-        """Prepare a queue.
+        """Prepare a queue for a receiver that is opened and left on the other thread.
 
-        Args:
-            name: what is written, for messages.
-            opening: opens the receiver; entered and left on the other thread.
-            report: takes the warning that it is too slow, and the end of the run by an error.
+        `report` takes the warning that it is too slow, and the end of the run by an error; messages
+        name what is written.
         """
         self._name = name
         self._opening = opening

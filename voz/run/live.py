@@ -93,18 +93,10 @@ def drive_live(
 ) -> Iterator[None]:
     """Let a microphone, the keyboard, a page and other programs drive: a part of a live run.
 
-    Args:
-        session: the run.
-        recognizer: understands what is said.
-        sound: what is listened to, where it is not a page's browser.
-        page: makes a page that shows the run.
-        service: makes what takes commands of other programs, given what returns whether somebody
-            drives from the page.
-        other_recognizer: opens another recognizer, which is obeyed, too.
-        record: opens what keeps what is heard.
-        settings_file: where the settings are, which may change during the run.
-        terminal: draws the display.
-        announce: takes the line that says what is listened to, where there is no display.
+    `sound` is what is listened to, where it is not a page's browser. `service` makes what takes
+    commands of other programs, given what returns whether somebody drives from the page. The
+    settings file may change during the run. `announce` takes the line that says what is listened
+    to, where there is no display.
 
     Raises:
         AudioError: there is no such microphone.

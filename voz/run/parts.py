@@ -120,14 +120,10 @@ def hear_answers(session: Session, recognizer: Answerable) -> Iterator[None]:
 def by_items(
     spec: RunSpec, source: Source, parts: Sequence[Part] = (), *, in_real_time: bool
 ) -> RunSpec:
-    """Return a run by recordings, lines or a bag.
+    """Return a run by recordings, lines or a bag; the parts come besides the voice and programs.
 
-    Args:
-        spec: the run, without what drives.
-        source: what drives the robot.
-        parts: opened besides the voice, programs and functions.
-        in_real_time: whether it is paced by the real clock, for robots that need it; else there is
-            no clock but that of the source, and the events are the same each time.
+    In real time it is paced by the real clock, for robots that need it; else there is no clock but
+    that of the source, and the events are the same each time.
     """
     own: list[Part] = [partial(speak_replies, interruptible=False), start_programs, *parts]
     if in_real_time:

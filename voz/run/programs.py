@@ -51,11 +51,8 @@ class Programs:
     ) -> None:
         """Load the functions, before anything moves.
 
-        Args:
-            table: what each command does.
-            report: takes the end of each, on any thread.
-            show: takes each line that a program prints, on any thread.
-            wait: whether to wait for the end of each, as in a run without a clock.
+        `report` takes the end of each, `show` each line that a program prints, both on any thread.
+        `wait` is whether to wait for the end of each, as in a run without a clock.
 
         Raises:
             ConfigError: there is no such function, program or sound.

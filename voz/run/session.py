@@ -165,12 +165,9 @@ class Session:
         self.controller.state = change_rules(self.controller.state, unwatched_sources=unwatched)
 
     def watch(self, name: str, trouble: Trouble, *sources: str) -> None:
-        """Stop when `trouble` returns why something is lost (S5).
+        """Stop when `trouble`, called in each beat, returns why something is lost (S5).
 
-        Args:
-            name: which, for messages.
-            trouble: called in each beat.
-            sources: of the commands that come from it; while it is lost they move nothing.
+        While it is lost the commands that come from its sources move nothing.
         """
 
         def check(now: float) -> None:

@@ -84,13 +84,8 @@ class Display:
     ) -> None:
         """Start with nothing heard.
 
-        Args:
-            sound: the microphone.
-            ear: whether it listens, and to whom.
-            typing: returns the line that is being typed.
-            note: returns a text that is always shown.
-            extra: drawn beside the panel, or below it in a narrow terminal.
-            language: of its texts.
+        `typing` returns the line that is being typed, `note` a text that is always shown. `extra`
+        is drawn beside the panel, or below it in a narrow terminal.
         """
         self._sound = sound
         self._device = sound.device

@@ -112,11 +112,8 @@ def read_keyboard(
 ) -> Iterator[TypedLine]:
     """Read the keyboard in a `with` block, on a thread of its own; give the line being typed.
 
-    Args:
-        stop: called for each key that stops the robot.
-        typed: called with each line.
-        continues: returns whether a space after a text is part of a command.
-        warn: called if input may be lost.
+    `stop` is called for each key that stops the robot. `continues` returns whether a space after a
+    text is part of a command. `warn` is called if input may be lost.
     """
     line = TypedLine(continues)
     stream = sys.stdin

@@ -26,11 +26,7 @@ TEXT_GRID_ENDING = ".TextGrid"
 
 
 def ctm_lines(record: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a line for each word of a row; those of refused utterances are comments.
-
-    Args:
-        record: the fields of a row by their columns.
-    """
+    """Yield a line for each word of a row, by its columns; for a refused one a comment."""
     if record["error"]:
         yield f"{COMMENT} {' '.join(record['error'].split())}"
     before = "" if record["accepted"] else f"{COMMENT} "

@@ -138,12 +138,9 @@ def _escaped(text: str) -> str:
 
 
 def check_none_there(folder: Path, names: Iterable[str], ending: str) -> None:
-    """Refuse to replace files of an earlier run; raises ConfigError.
+    """Refuse to replace files of an earlier run in a folder; raises ConfigError.
 
-    Args:
-        folder: where the files are.
-        names: the recordings, as results name them.
-        ending: of the files.
+    Each has a recording's name, as results have it, and the ending.
     """
     for name in names:
         check_new(folder / (file_name_for(name) + ending), overwrite=False)

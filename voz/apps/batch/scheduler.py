@@ -59,11 +59,8 @@ class Scheduler:
     ) -> None:
         """Begin with nothing done.
 
-        Args:
-            executor: who decodes.
-            names: of all recordings.
-            numbers: the indexes of those to be decoded.
-            limit: for a recording, s; None for its length and a minute.
+        `numbers` are the indexes of the names to be decoded. The limit is for a recording, s; None
+        is its length and a minute.
         """
         self._executor, self._names, self._limit = executor, names, limit
         self._left = deque(numbers)

@@ -98,11 +98,8 @@ def check_stamps(
 ) -> Iterator[StampCheck]:
     """Yield the recordings that changed, and those with the same bytes but another time.
 
-    One that is missing now has not changed.
-
-    Args:
-        names: paths and addresses of all recordings.
-        known: index and stamp of some; None for what was missing.
+    `known` has index and stamp of some; None for what was missing. One that is missing now has not
+    changed.
     """
 
     def look(some: list[tuple[int, Stamp | None]]) -> list[StampCheck]:

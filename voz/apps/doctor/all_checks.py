@@ -80,11 +80,7 @@ PLAYED_SILENCE = 0.3
 
 
 def check_microphone(wanted: str | None = None) -> Finding:
-    """Listen for a moment.
-
-    Args:
-        wanted: its number or a part of its name; None is the default one.
-    """
+    """Listen for a moment to a microphone: a number, or a part of a name; None is the default."""
     name = "microphone"
     try:
         device = choose_microphone(wanted, ", or type commands: `voz run --text -`")

@@ -276,14 +276,10 @@ def with_costs(
     said: Collection[Clip],
     commands: Commands,
 ) -> Model:
-    """Add to a model the share of commands that is missed at several rates of false alarms.
+    """Add to the result of `with_alarms` the share of commands missed at several rates of alarms.
 
-    Args:
-        model: the result of `with_alarms`.
-        examples: as with `with_alarms`.
-        probabilities: the same.
-        said: the commands that were said, also those of which nothing was heard.
-        commands: those of the language.
+    `said` are the commands that were said, also those of which nothing was heard; examples and
+    probabilities are as for `with_alarms`.
     """
     costs = []
     for alarms in alarm_rates_near(model.default_alarm_rate):

@@ -72,13 +72,9 @@ class OperatingPoint(msgspec.Struct, frozen=True):
 def operating_points(
     results: Iterable[Result], model: Model, settings: Recognition, commands: Commands
 ) -> list[OperatingPoint]:
-    """Compute what would be obeyed at several rates of false alarms.
+    """Compute what would be obeyed at several rates of false alarms, by the thresholds of a model.
 
-    Args:
-        results: what voz itself made of clips; those in added noise are left out.
-        model: has the threshold for each setting.
-        settings: which commands must not be missed.
-        commands: all commands.
+    Results are what voz itself made of clips; those in added noise are left out.
     """
     clean = [r for r in results if r.snr is None and r.error is None]
     found = []

@@ -77,16 +77,9 @@ def calibrate(
     settings: Recognition,
     advance: Callable[[], None] = lambda: None,
 ) -> Calibration:
-    """Find the best profile of a speaker.
+    """Find the best profile of a speaker, by recordings of `MIN_SENTENCES` different sentences.
 
-    Args:
-        said: recordings of at least `MIN_SENTENCES` different sentences.
-        language: the language files.
-        settings: of the recognition.
-        advance: called after each of `DOUBLINGS`.
-
-    Raises:
-        LanguageError: the language files cannot be used.
+    `advance` is called after each of `DOUBLINGS`. Raises LanguageError.
     """
     model = load_language(language).spoken.model
     scores = {}
@@ -166,13 +159,9 @@ def record_prompts(
 ) -> None:
     """Ask a speaker for commands, show what is heard, and save each as soon as it is said.
 
-    Args:
-        asked: the commands, in the order in which they are shown.
-        blocks: sound of the microphone, without an end.
-        recognizer: what it mishears is asked for once more.
-        folder: for the recordings and their manifest; it is made if need be.
-        name: of the speaker, for the manifest.
-        console: shows the prompts and the level.
+    What the recognizer mishears is asked for once more. The blocks are a microphone's and have no
+    end. The folder gets the recordings and their manifest, with the speaker's name; it is made if
+    need be.
 
     Raises:
         VozError: the recordings cannot be written, or the microphone fails.

@@ -103,12 +103,7 @@ class ConnectionGuard:
     """
 
     def __init__(self, places: Places, now: Callable[[], float] = time.monotonic) -> None:
-        """Begin with none; where few files may be open there are fewer places.
-
-        Args:
-            places: how many there may be.
-            now: the clock by which one is idle, s.
-        """
+        """Begin with none; where few files may be open there are fewer places. `now` returns s."""
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
         unlimited = soft == resource.RLIM_INFINITY
         self.places = places if unlimited else fitting(places, soft)

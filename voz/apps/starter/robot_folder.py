@@ -26,14 +26,9 @@ COMMANDS, LANGUAGE = "commands.txt", "lm"
 
 
 def make_robot_folder(folder: Path, robot_type: str) -> list[Path]:
-    """Make a folder with a list of commands, settings, a robot and its test.
+    """Make a new folder with a list of commands, settings, a robot of a type and its test.
 
-    Args:
-        folder: a new one, or one that is empty.
-        robot_type: one of `ROBOT_TYPES`.
-
-    Returns:
-        The files that may be edited.
+    Returns the files that may be edited.
 
     Raises:
         ConfigError: there is no such type, or the folder cannot be made or is not empty.

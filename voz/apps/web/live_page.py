@@ -58,16 +58,10 @@ class LivePage:
         browser_listens: bool,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare to serve.
+        """Prepare to serve a page at an address, which drives by an inbox.
 
-        Args:
-            address: where it is served, and who may open it.
-            inbox: where commands go.
-            clock: the time of the run.
-            commands: returns what may be said now; the buttons are in their order.
-            picture: what is drawn of the robot.
-            browser_listens: whether the browser is the microphone.
-            now: the clock by which a page that is silent counts as gone, s.
+        `commands` returns what may be said now; the buttons are in their order. By `now`, s, a page
+        that is silent counts as gone.
         """
         self._address = address
         self._inbox = inbox

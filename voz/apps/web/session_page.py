@@ -105,16 +105,11 @@ def session_record(
     room: Simulator | None = None,
     recordings: Mapping[UtteranceKey, Path] | None = None,
 ) -> Record:
-    """Return what was heard and said, and where the robot was.
+    """Return what was heard and said, and where the robot was: `states` has one for each change.
 
-    There is one event at least. `states` has one for each change, `events` are as pages get them.
-
-    Args:
-        name: of the session.
-        events: all that happened, in the order of time.
-        room: the room of the simulated robot that drove; None for another robot, whose way is
-            computed from its velocities.
-        recordings: the sound of utterances.
+    The events are in the order of time, one at least, and become what pages get. The room is that
+    of the simulated robot that drove; None for another robot, whose way is computed from its
+    velocities.
     """
     return {
         "name": name,

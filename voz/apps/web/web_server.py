@@ -104,11 +104,7 @@ def is_local_host(host: str) -> bool:
 
 
 def own_host_names(host: str) -> list[str]:
-    """List the names and addresses under which a page may be asked for.
-
-    Args:
-        host: the interface's name or address; `0.0.0.0` and `::` are all.
-    """
+    """List the names and addresses of a page on an interface; `0.0.0.0` and `::` are all."""
     name = socket.gethostname().lower()
     names = [*LOOPBACK_NAMES, host.lower()]
     if not is_local_host(host):
@@ -229,15 +225,10 @@ def running_server(
     start_tasks: Callable[[], list[asyncio.Task[None]]],
     warn: Callable[[str], None],
 ) -> Iterator[None]:
-    """Serve an application for the length of a `with` block.
+    """Serve an application on a socket for the length of a `with` block, by HTTPS with `tls`.
 
-    Args:
-        app: the application.
-        listener: the socket that is listened on.
-        tls: keys and certificates, for HTTPS.
-        start_tasks: starts what else runs on the server's event loop.
-        warn: takes a line if the server fails; the run goes on without a page, and the driving
-            page is gone (S5).
+    `start_tasks` starts what else runs on the server's event loop. `warn` takes a line if the
+    server fails; the run goes on without a page, and the driving page is gone (S5).
     """
     config = uvicorn.Config(
         app, http="h11", ws=RateLimitedWebSocket, ws_max_size=MAX_MESSAGE_BYTES,

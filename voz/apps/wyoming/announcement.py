@@ -42,12 +42,9 @@ def reached_addresses(host: str) -> list[str]:
 async def announced(
     uri: str, warn: Callable[[str], None], lookup: Lookup = reached_addresses
 ) -> AsyncIterator[None]:
-    """Announce a server for a `with` block, wherever others reach it.
+    """Announce a server that listens at an address for a `with` block, wherever others reach it.
 
-    Args:
-        uri: where it listens.
-        warn: called once if it cannot be announced; that is tried again.
-        lookup: finds the addresses.
+    `warn` is called once if it cannot be announced; that is tried again.
     """
     link = urlsplit(uri)
     if link.scheme != "tcp" or not link.hostname or not link.port:

@@ -191,17 +191,10 @@ class RobotService:
         page_drives: Callable[[], bool],
         announce: bool = True,
     ) -> None:
-        """Prepare to serve.
+        """Prepare to serve at an address, `tcp://HOST:PORT` or `unix://FILE`.
 
-        Args:
-            uri: where it is asked, `tcp://HOST:PORT` or `unix://FILE`.
-            commands: returns what may be said now.
-            language: its code.
-            inbox: where commands go.
-            clock: the time of the run.
-            page_drives: returns whether somebody drives from the operator page; then only commands
-                that stop the robot are obeyed.
-            announce: whether to announce it in the network.
+        `commands` returns what may be said now, in a language by its code. While `page_drives` is
+        true, only commands that stop the robot are obeyed.
         """
         self._uri = uri
         self._events = EventQueue()

@@ -164,15 +164,10 @@ def serve(
     announce: bool,
     warn: Callable[[str], None],
 ) -> None:
-    """Answer requests until a signal ends the program.
+    """Answer requests at an address until a signal ends the program.
 
-    Args:
-        uri: where.
-        recognizer: what answers.
-        commands: what may be said, for the description.
-        ready: called once it answers.
-        announce: whether to announce it in the network.
-        warn: called if that cannot be done, and if channels of sound would cancel each other.
+    `ready` is called once it answers. The commands are for its description. `warn` is called if it
+    cannot be announced in the network, and if channels of sound would cancel each other.
 
     Raises:
         ConfigError: it cannot listen there.

@@ -76,12 +76,7 @@ def nearest(
 ) -> list[Neighbor]:
     """Find the sentences that are nearest to some words, without these, the nearest first.
 
-    Args:
-        automaton: the sentences.
-        said: words, which need not be a sentence.
-        costs: of edits.
-        most: how many at most.
-        changes: edits at most.
+    The words need not be a sentence. `most` sentences at most, by `changes` edits at most.
     """
     found: dict[tuple[str, ...], float] = {}
     replacing = lru_cache(None)(lambda state, word: _replacing(automaton, costs, state, word))

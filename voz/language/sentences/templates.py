@@ -273,15 +273,10 @@ Slots: TypeAlias = Mapping[str, Slot]
 
 
 def slots(item: Expression, known: dict[int, Slots], twice: list[Slot]) -> Slots:
-    """Find the slots of an expression without references.
+    """Find the slots of an expression without references; raises CommandsError for one in another.
 
-    Args:
-        item: the expression.
-        known: cache of the slots of resolved references, by id.
-        twice: gets each slot that a sentence has already.
-
-    Raises:
-        CommandsError: a slot is inside another.
+    `known` caches those of resolved references, by id; `twice` gets each slot that a sentence has
+    already.
     """
     if id(item) in known:
         return known[id(item)]

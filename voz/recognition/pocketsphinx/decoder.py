@@ -38,9 +38,7 @@ class Decoder:
     def __init__(self, language: Language, search: Search = "grammar") -> None:
         """Load the model; LanguageError if pocketsphinx cannot use the language files.
 
-        Args:
-            language: the commands.
-            search: "grammar" gives whole commands only, "lm" any sequence of their words.
+        The search "grammar" gives whole commands only, "lm" any sequence of their words.
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
         beams = {} if search == "lm" else GRAMMAR_BEAMS
@@ -70,9 +68,7 @@ class Decoder:
 def load_decoder(language: Language, **settings: Any) -> Any:
     """Load acoustic model and dictionary with accents, and no search; raises LanguageError.
 
-    Args:
-        language: the commands.
-        settings: what differs from pocketsphinx's defaults.
+    The settings are what differs from pocketsphinx's defaults.
     """
     spoken = language.spoken
     config = pocketsphinx.Config(
@@ -147,13 +143,8 @@ class KeyphraseScorer:
     def score(self, samples: Samples) -> float:
         """The log-likelihood of the phrase where it fits best, against that of any phones.
 
-        It is the same whatever was heard before.
-
-        Args:
-            samples: the sound, 16 kHz; at least one.
-
-        Returns:
-            Nats for each phone; at most 0.
+        It is in nats for each phone, at most 0, and the same whatever was heard before. There must
+        be a sample at least.
         """
         self._decoder.reinit_feat()  # else a sound's first frames depend on those heard before
         self._decoder.start_utt()

@@ -152,10 +152,8 @@ class CommandSearch:
     def compare(self, samples: Samples, text: str, start: str) -> Evidence | None:
         """Collect the evidence for a command; None if the sound is too short for any.
 
-        Args:
-            samples: one utterance, 16 kHz.
-            text: the proposed sentence; empty for the best command.
-            start: the first cepstral mean, as `mean_start` gives it.
+        The samples are one utterance, 16 kHz; an empty text is the best command. `start` is the
+        first cepstral mean, as `mean_start` gives it.
         """
         found, phones = self._scores(samples, text, start)
         if not found or not phones.spans:
@@ -253,15 +251,10 @@ def features(
     phones_of: Mapping[str, Sequence[str]],
     usual: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
-    """Compute features that mean the same for any list of commands.
+    """Compute features that mean the same for any list of commands, by their names.
 
-    Args:
-        evidence: for the command and against it.
-        phones_of: the phones of each word.
-        usual: frames that each phone takes; None for those of English.
-
-    Returns:
-        The features by name; likelihood ratios are in nats per frame of speech.
+    Likelihood ratios are in nats per frame of speech; `usual` are the frames that each phone takes,
+    None for those of English.
     """
     command, phones = evidence.command, evidence.phones
     usual = usual or read_distances().frames
@@ -280,12 +273,8 @@ def features(
 def voices_around(above: float, voices: float) -> float:
     """The feature for voices in the room, which phones explain better than the command does.
 
-    Args:
-        above: signal-to-noise ratio, dB.
-        voices: share of the time with voices in the room, 0 to 1.
-
-    Returns:
-        0 for a quiet room, above it amid voices and below it amid other noise.
+    `above` is the signal-to-noise ratio, dB, `voices` the share of the time with voices, 0 to 1. It
+    is 0 for a quiet room, above it amid voices and below it amid other noise.
     """
     return (2 * voices - 1) * min(MAX_NOISE, max(0.0, (CLEAR_SNR - above) / 10))
 

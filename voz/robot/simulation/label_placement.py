@@ -115,15 +115,10 @@ class LabelOption(NamedTuple):
 def place_labels(
     wishes: Sequence[LabelRequest], avoid: Points, taken: Sequence[Rectangle], area: Rectangle
 ) -> list[Rectangle | None]:
-    """Find a place for each label near its anchor; None where there is no room.
+    """Find a place in an area for each label near its anchor; None where there is no room.
 
-    Labels do not overlap, nor does a leader cross another label.
-
-    Args:
-        wishes: the labels.
-        avoid: points that should not be covered.
-        taken: where no label may be.
-        area: where labels may be.
+    Labels do not overlap, nor does a leader cross another label. The points to avoid should not be
+    covered; where it is taken no label may be.
     """
     anchors = np.reshape([wish.anchor for wish in wishes], (-1, 2))
     options = [

@@ -128,12 +128,9 @@ class Label:
     """Lines of text beside the way, which appear one after the other."""
 
     def __init__(self, axes: Axes, lines: Sequence[TripMark], commands: int = 0) -> None:
-        """Write the label.
+        """Write the text, time and place of each line of a label.
 
-        Args:
-            axes: what to write on.
-            lines: the text, time and place of each line.
-            commands: how many it has; a label with any has a frame, a dot and a leader.
+        One with any commands has a frame, a dot and a leader.
         """
         self.place = lines[0].x, lines[0].y
         self._lines = lines
@@ -179,17 +176,9 @@ class Label:
 def write_along(
     axes: Axes, canvas: Any, trip: Trip, dots: Sequence[TimeMark], taken: Sequence[Artist]
 ) -> list[Label]:
-    """Write commands and times beside the way, so that no text covers another.
+    """Write commands and times beside the way, so that no text covers another or what is taken.
 
-    Args:
-        axes: the room.
-        canvas: what measures the texts.
-        trip: what was said where.
-        dots: the time marks.
-        taken: what no label may cover.
-
-    Returns:
-        The labels; those without room are left out.
+    Returns the labels; those without room are left out. The canvas measures the texts.
     """
     groups = [[TripMark(*dot)] for dot in dots if dot.text]
     labels = [Label(axes, group) for group in groups]

@@ -48,8 +48,8 @@ class Watched:
             settings,
             SettingsFile(self.settings, partial(load_config, self.settings)),
             programs.add,
-            self.inbox,
-            WallClock(self.inbox),
+            inbox=self.inbox,
+            clock=WallClock(self.inbox),
         )
 
     def told(self) -> list[str]:

@@ -38,7 +38,9 @@ def slot_choices(commands: Commands, text: str) -> list[SlotChoice]:
     if label is None or reader is None:
         return []
     return [
-        SlotChoice(name, start, end, _values(commands.automaton, reader, label, words, start, end))
+        SlotChoice(
+            name, start, end, _values(commands.automaton, reader, label, words, (start, end))
+        )
         for name, start, end in _spans(next(reader.marks(words), []))
     ]
 
@@ -55,8 +57,13 @@ def _spans(marks: Sequence[SlotMarks]) -> Iterator[tuple[str, int, int]]:
 
 
 def _values(
-    automaton: Automaton, reader: SlotReader, label: int, words: Sequence[str], start: int, end: int
+    automaton: Automaton,
+    reader: SlotReader,
+    label: int,
+    words: Sequence[str],
+    slot: tuple[int, int],
 ) -> dict[str, Value]:
+    start, end = slot
     before, after = list(words[:start]), list(words[end:])
     spans = [(name, at) for name, at, _ in _spans(next(reader.marks(words), []))]
     found: dict[str, Value] = {}

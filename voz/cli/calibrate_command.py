@@ -13,8 +13,6 @@ from voz.cli.text_io import show, warn
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from voz.apps.recordings.calibration import Calibration, Said, Score
     from voz.language.language_files import LanguageFiles
     from voz.recognition.engine import RecognitionEngine
@@ -72,8 +70,6 @@ def make_profile(
 
     `wav` is a folder with recordings and their manifest; None records by the device.
     """
-    from rich.console import Console
-
     from voz.apps.recordings.calibration import read_recordings
     from voz.apps.recordings.manifest import MANIFEST_NAME
     from voz.language.language_files import read_sentences
@@ -84,7 +80,7 @@ def make_profile(
     own = profile_folder(name) / "recordings"
     recognizer = RecognitionEngine(language, settings)
     if wav is None:
-        _record(name, own, device, commands, recognizer, Console())
+        _record(name, own, device, commands, recognizer)
     said = read_recordings((wav or own) / MANIFEST_NAME, commands)
     if wav:
         _warn_of_misheard(said, recognizer)
@@ -120,8 +116,9 @@ def _record(
     device: str | None,
     commands: list[str],
     recognizer: RecognitionEngine,
-    console: Console,
 ) -> None:
+    from rich.console import Console
+
     from voz.apps.recordings.calibration import (
         MIN_SENTENCES,
         choose_prompts,
@@ -137,6 +134,7 @@ def _record(
             f"the language has {len(set(asked))} commands; to calibrate, add some to its list "
             f"until there are {MIN_SENTENCES}"
         )
+    console = Console()
     left = missing_prompts(asked, read_saved_recordings(folder, commands))
     if not left:
         return

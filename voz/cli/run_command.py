@@ -98,7 +98,9 @@ def run(options: RunOptions) -> None:
             live = _live(options, settings, robots.terminal, load, opened)
             spec = replace(spec, parts=[live])
         else:
-            source, parts = _source(options, settings, commands, load, opened, unreadable)
+            source, parts = _source(
+                options, settings, commands, load, opened=opened, unreadable=unreadable
+            )
             spec = by_items(spec, source, parts, in_real_time=in_real_time)
         Session(spec).run()
     if unreadable:
@@ -187,6 +189,7 @@ def _source(
     settings: Config,
     commands: Commands,
     load: Callable[[], RecognitionEngine],
+    *,
     opened: ExitStack,
     unreadable: list[str],
 ) -> tuple[Source, list[Part]]:
@@ -314,7 +317,7 @@ def _service(
         read_language_info(recognizer.files).code,
         session.inbox,
         session.clock,
-        page_drives,
+        page_drives=page_drives,
         announce=options.zeroconf,
     )
 

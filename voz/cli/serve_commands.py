@@ -60,7 +60,8 @@ def serve(options: ServeOptions) -> None:
     recognizer = RecognitionEngine(language, settings.recognition, known)
     ready = partial(info, f"serving at {options.wyoming}")
     examples = recognizer.commands.examples()
-    serve_wyoming(options.wyoming, recognizer, examples, ready, options.zeroconf, warn)
+    announce = options.zeroconf
+    serve_wyoming(options.wyoming, recognizer, examples, ready, announce=announce, warn=warn)
 
 
 def view(

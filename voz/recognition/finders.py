@@ -334,7 +334,15 @@ class PocketsphinxFinder:
             why_refused=partial(_why_refused, segment, evidence, speech),
             next_best=max(evidence.rivals, key=evidence.rivals.__getitem__, default=""),
             words=partial(_words, segment, evidence),
-            others=partial(self._others, segment, sound, text, start, evidence.text, speech),
+            others=partial(
+                self._others,
+                segment=segment,
+                sound=sound,
+                proposed=text,
+                start=start,
+                best=evidence.text,
+                speech=speech,
+            ),
         )
 
     def _features(self, evidence: Evidence, segment: Segment) -> dict[str, float]:
@@ -343,13 +351,14 @@ class PocketsphinxFinder:
 
     def _others(
         self,
+        count: int,
+        *,
         segment: Segment,
         sound: Samples,
         proposed: str,
         start: str,
         best: str,
         speech: float,
-        count: int,
     ) -> list[tuple[str, float]]:
         found = self._command_search.others(sound, proposed, start, best, count)
         return [

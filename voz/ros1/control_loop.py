@@ -54,7 +54,7 @@ def run_node_session(
     table = settings.table
     watchdog = RobotSpec("ros1", settings, only_zero=True, arguments=watchdog_arguments(node.name))
     robots = {
-        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table, inbox.put),
+        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table=table, warn=inbox.put),
         "watchdog": RobotProcess(watchdog, load_rospy().loginfo),
     }
 

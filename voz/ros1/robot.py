@@ -108,6 +108,7 @@ class Ros1Robot(TopicRobot):
         node: Ros1Node | None = None,
         arguments: Sequence[str] = (),
         says_heard: bool = True,
+        *,
         table: CommandTable | None = None,
         warn: Callable[[Notice], None] = lambda _: None,
     ) -> None:

@@ -103,6 +103,7 @@ class CommandReload:
         settings: Config,
         settings_file: SettingsFile | None,
         load_functions: Callable[[CommandTable], None],
+        *,
         inbox: Inbox,
         clock: Clock,
     ) -> None:

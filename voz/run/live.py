@@ -77,6 +77,10 @@ class CommandService(Protocol):
         """Serve for a `with` block."""
 
 
+ServiceMaker: TypeAlias = Callable[[Session, Callable[[], bool]], CommandService]
+"""Makes what takes commands of other programs, given what returns whether a page is driven from."""
+
+
 @contextmanager
 def drive_live(
     session: Session,
@@ -84,7 +88,7 @@ def drive_live(
     sound: SoundSource,
     *,
     page: Callable[[Session], Page] | None = None,
-    service: Callable[[Session, Callable[[], bool]], CommandService] | None = None,
+    service: ServiceMaker | None = None,
     other_recognizer: OtherRecognizer | None = None,
     record: RecorderOpener | None = None,
     settings_file: SettingsFile | None = None,
@@ -93,15 +97,14 @@ def drive_live(
 ) -> Iterator[None]:
     """Let a microphone, the keyboard, a page and other programs drive: a part of a live run.
 
-    `sound` is what is listened to, where it is not a page's browser. `service` makes what takes
-    commands of other programs, given what returns whether somebody drives from the page. The
-    settings file may change during the run. `announce` takes the line that says what is listened
-    to, where there is no display.
+    `sound` is what is listened to, where it is not a page's browser. The settings file may change
+    during the run. `announce` takes the line that says what is listened to, where there is no
+    display.
 
     Raises:
         AudioError: there is no such microphone.
     """
-    settings, controller = session.spec.settings, session.controller
+    settings = session.spec.settings
     with ExitStack() as opened:
         enter = opened.enter_context
         shown = page(session) if page else None
@@ -117,32 +120,40 @@ def drive_live(
         line = enter(_text_commands(session, recognizer, other_recognizer))
         programs = enter(start_programs(session))
         reload = CommandReload(
-            recognizer, settings, settings_file, programs.add, session.inbox,
-            session.clock,
+            recognizer, settings, settings_file, programs.add,
+            inbox=session.inbox, clock=session.clock,
         )  # fmt: skip
         enter(reload.watching())
         enter(hear_answers(session, recognizer))
         if service:
-            served = service(session, lambda: bool(shown and shown.driven))
-            session.add_unwatched(served.source)
-            session.receivers.append(served.receive)
-            enter(served.serving())
+            enter(_other_programs(session, service, shown))
         if terminal:
-            display = _display(session, hearing, line)
-            session.receivers.append(display.receive)
-            enter(terminal.live(display.__rich__))
+            enter(_displayed(session, hearing, line, terminal))
         else:
-            others = [
-                *(["another recognizer"] if other_recognizer else []),
-                *(["Wyoming clients"] if service else []),
-            ]
-            announce(_listening_line(session, hearing, others))
-        if shown:
-            session.receivers.append(shown.receive)
-            session.add_unwatched(shown.unwatched_source)
-            session.watch(PAGE, lambda: shown.trouble(controller.moving), *shown.sources)
-        session.watch_input(enter(shown.serving(session)) if shown else hearing)
+            others = {"another recognizer": other_recognizer, "Wyoming clients": service}
+            listed = [name for name, given in others.items() if given]
+            announce(_listening_line(session, hearing, listed))
+        session.watch_input(enter(_serving(session, shown)) if shown else hearing)
         yield
+
+
+@contextmanager
+def _other_programs(session: Session, service: ServiceMaker, page: Page | None) -> Iterator[None]:
+    """Obey other programs, whose users do not watch the robot, for a `with` block."""
+    served = service(session, lambda: bool(page and page.driven))
+    session.add_unwatched(served.source)
+    session.receivers.append(served.receive)
+    with served.serving():
+        yield
+
+
+def _serving(session: Session, page: Page) -> AbstractContextManager[SpeechInput]:
+    """Show the run on a page, and watch whether the one who drives there is gone."""
+    session.receivers.append(page.receive)
+    session.add_unwatched(page.unwatched_source)
+    controller = session.controller
+    session.watch(PAGE, lambda: page.trouble(controller.moving), *page.sources)
+    return page.serving(session)
 
 
 def _sound(session: Session, sound: SoundSource, page: Page | None) -> SoundSource:
@@ -153,16 +164,23 @@ def _sound(session: Session, sound: SoundSource, page: Page | None) -> SoundSour
     return replace(sound, playback=page.audible_playback(own) if page else own)
 
 
-def _display(session: Session, hearing: Hearing, line: TypedLine) -> Display:
+@contextmanager
+def _displayed(
+    session: Session, hearing: Hearing, line: TypedLine, terminal: LiveTerminal
+) -> Iterator[None]:
+    """Draw the run in a terminal for a `with` block."""
     recorder = session.recorder
-    return Display(
+    display = Display(
         hearing,
         session.controller,
         lambda: line.text,
         lambda: recorder.note if recorder else "",
-        session.view,
-        language_of(session.spec.settings.language.name),
+        extra=session.view,
+        language=language_of(session.spec.settings.language.name),
     )
+    session.receivers.append(display.receive)
+    with terminal.live(display.__rich__):
+        yield
 
 
 def _listening_line(session: Session, hearing: Hearing, others: Sequence[str]) -> str:

@@ -79,6 +79,7 @@ class Display:
         ear: ListeningState,
         typing: Callable[[], str],
         note: Callable[[], str] = lambda: "",
+        *,
         extra: RenderableType | None = None,
         language: str = ENGLISH,
     ) -> None:

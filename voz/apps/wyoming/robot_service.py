@@ -188,6 +188,7 @@ class RobotService:
         language: str,
         inbox: Inbox,
         clock: Clock,
+        *,
         page_drives: Callable[[], bool],
         announce: bool = True,
     ) -> None:

@@ -66,13 +66,14 @@ class RequestHandler(Connection):
 
     def __init__(
         self,
+        guard: ConnectionGuard,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        *,
         recognizer: RecognitionEngine,
         info: Info,
         language: str,
         warn: Warn,
-        guard: ConnectionGuard,
-        reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter,
     ) -> None:
         super().__init__(guard, reader, writer)
         self._recognizer = recognizer
@@ -161,6 +162,7 @@ def serve(
     recognizer: RecognitionEngine,
     commands: Sequence[str],
     ready: Callable[[], None],
+    *,
     announce: bool,
     warn: Callable[[str], None],
 ) -> None:
@@ -176,7 +178,13 @@ def serve(
     info = server_info(commands, language)
 
     async def work() -> None:
-        handler = partial(RequestHandler, recognizer, info, language, once(warn))
+        handler = partial(
+            RequestHandler,
+            recognizer=recognizer,
+            info=info,
+            language=language,
+            warn=once(warn),
+        )
         async with serving(uri, handler):
             ready()
             async with announced(uri, warn) if announce else nullcontext():

@@ -44,71 +44,35 @@ _WORD = re.compile(
 """Of a dictionary. Underscores are for voz's own words, other marks are JSGF syntax."""
 
 
+class _File:
+    """One of the language files, by its ending."""
+
+    def __init__(self, ending: str) -> None:
+        self._name = f"{FILE_STEM}.{ending}"
+
+    def __get__(self, files: LanguageFiles, _: type[LanguageFiles]) -> Path:
+        return files.folder / self._name
+
+
 @dataclass(frozen=True)
 class LanguageFiles:
     """The files of one language, all in one folder."""
 
     folder: Path
 
-    @property
-    def commands(self) -> Path:
-        """The command list."""
-        return self.folder / f"{FILE_STEM}.txt"
-
-    @property
-    def dictionary(self) -> Path:
-        """The pronunciations of all words, for the decoder."""
-        return self.folder / f"{FILE_STEM}.dic"
-
-    @property
-    def lm(self) -> Path:
-        """The trigram model, for the decoder."""
-        return self.folder / f"{FILE_STEM}.lm"
-
-    @property
-    def grammar(self) -> Path:
-        """The JSGF grammar, for the decoder."""
-        return self.folder / f"{FILE_STEM}.gram"
-
-    @property
-    def sentences(self) -> Path:
-        """The sentences that the files were generated from."""
-        return self.folder / f"{FILE_STEM}.sent"
-
-    @property
-    def vocabulary(self) -> Path:
-        """The words of the sentences."""
-        return self.folder / f"{FILE_STEM}.vocab"
-
-    @property
-    def pronounce_log(self) -> Path:
-        """Where each pronunciation comes from."""
-        return self.folder / f"{FILE_STEM}.log_pronounce"
-
-    @property
-    def templates(self) -> Path:
-        """Compiled templates; missing for a plain list."""
-        return self.folder / f"{FILE_STEM}.templates"
-
-    @property
-    def spoken(self) -> Path:
-        """The spoken language; missing for English."""
-        return self.folder / f"{FILE_STEM}.language"
-
-    @property
-    def ipa(self) -> Path:
-        """The pronunciations for the network; missing for English, and for another model."""
-        return self.folder / f"{FILE_STEM}.ipa"
-
-    @property
-    def source(self) -> Path:
-        """Where a plain list is that is not beside the files; else missing."""
-        return self.folder / f"{FILE_STEM}.source"
-
-    @property
-    def rival_words(self) -> Path:
-        """Words that sound much like those of the list; missing for other languages."""
-        return self.folder / f"{FILE_STEM}.rivals"
+    commands = _File("txt")  # the command list
+    dictionary = _File("dic")  # the pronunciations of all words, for the decoder
+    lm = _File("lm")  # the trigram model, for the decoder
+    grammar = _File("gram")  # the JSGF grammar, for the decoder
+    sentences = _File("sent")  # the sentences that the files were generated from
+    vocabulary = _File("vocab")  # the words of the sentences
+    pronounce_log = _File("log_pronounce")  # where each pronunciation comes from
+    templates = _File("templates")  # compiled templates; missing for a plain list
+    spoken = _File("language")  # the spoken language; missing for English
+    ipa = _File("ipa")  # pronunciations for the network; missing for English and other models
+    source = _File("source")  # where a plain list is that is not beside the files; else missing
+    rival_words = _File("rivals")  # what sounds much like the list's words; English alone
+    fingerprint = _File("sha256")  # the SHA-256 of each that is generated, as `sha256sum` does
 
     @property
     def optional(self) -> tuple[Path, ...]:
@@ -121,11 +85,6 @@ class LanguageFiles:
         read = (self.dictionary, self.lm, self.grammar, self.sentences)
         others = [path for path in self.optional if path.exists()]
         return (*read, self.vocabulary, self.pronounce_log, *others)
-
-    @property
-    def fingerprint(self) -> Path:
-        """The SHA-256 of each file that is generated, as `sha256sum` writes them."""
-        return self.folder / f"{FILE_STEM}.sha256"
 
 
 def find_language(folder: str | Path | None, spoken: SpokenLanguage | None = None) -> LanguageFiles:

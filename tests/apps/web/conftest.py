@@ -7,8 +7,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_page import SECONDS, for_a_browser
-from playwright.sync_api import Browser, BrowserContext, Playwright, expect, sync_playwright
+from browser_page import SECONDS, drive, for_a_browser, opened
+from operator_page import PageRobot
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    Page,
+    Playwright,
+    expect,
+    sync_playwright,
+)
 from recordings import FIXTURES
 
 
@@ -41,6 +49,14 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     context.set_default_timeout(SECONDS)
     yield context
     context.close()
+
+
+@pytest.fixture
+def page(robot: PageRobot, context: BrowserContext) -> Page:
+    """A page that drives the robot of a module."""
+    page = opened(context, robot.link)
+    drive(page)
+    return page
 
 
 def launched(playwright: Playwright, *arguments: str) -> Browser:

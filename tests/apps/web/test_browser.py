@@ -68,10 +68,8 @@ def go_hands_free(page: Page) -> None:
 
 @pytest.mark.realtime
 def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     since = robot.since
     before = shown_at(page)
     hold_to_talk(page)
@@ -92,10 +90,8 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
 
 @pytest.mark.realtime
 def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     since = robot.since
     free = page.get_by_label("hands-free")
     free.check()
@@ -155,10 +151,8 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
 
 @pytest.mark.realtime
 def test_after_a_page_that_was_hands_free_the_next_one_is_not_deaf(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page, context: BrowserContext
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     go_hands_free(page)
     page.close()
     wait_until(lambda: robot.state["now"]["deaf"])  # sound was to come, and does not
@@ -210,9 +204,7 @@ def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     assert page.workers[0].evaluate("() => self.sounds.length") == 2
 
 
-def test_stop(robot: PageRobot, context: BrowserContext) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_stop(robot: PageRobot, page: Page) -> None:
     stop = page.locator("#stop")
     for way in ("tap", "space", "space on a command", "enter"):
         # On a busy machine the page may be silent for so long that the robot stops.
@@ -236,10 +228,8 @@ def test_stop(robot: PageRobot, context: BrowserContext) -> None:
 
 
 def test_a_tap_that_arrives_after_the_stop_that_followed_it_moves_nothing(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     held: list[Route] = []
     page.route("**/api/command", lambda route: held.append(route))
     tap(page, "go forward")
@@ -360,10 +350,8 @@ def test_two_pages_one_drives_and_taking_over_is_asked_and_seen(
 @pytest.mark.realtime
 @pytest.mark.alone
 def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives_on(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     go_hands_free(page)
     since = robot.since
     page.evaluate(
@@ -385,9 +373,7 @@ HANGS = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
 
 
 @pytest.mark.realtime
-def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: BrowserContext) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, page: Page) -> None:
     tap(page, "go forward")
     since = robot.since
     robot.robot.wait_for(moves, since)
@@ -398,9 +384,7 @@ def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: Browser
 
 
 @pytest.mark.realtime
-def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, context: BrowserContext) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, page: Page) -> None:
     go_hands_free(page)
     since = robot.since
     page.evaluate(HANGS)
@@ -413,11 +397,7 @@ def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, context: BrowserCon
     robot.robot.wait_for(lambda event: any(tells(event) for tells in told), since)
 
 
-def test_s5_a_page_that_is_closed_stops_the_robot(
-    robot: PageRobot, context: BrowserContext
-) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_s5_a_page_that_is_closed_stops_the_robot(robot: PageRobot, page: Page) -> None:
     since = robot.since
     tap(page, "go forward")
     robot.robot.wait_for(moves, since)
@@ -425,11 +405,7 @@ def test_s5_a_page_that_is_closed_stops_the_robot(
     robot.robot.wait_for(warns("the operator's page is gone"), since)
 
 
-def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(
-    robot: PageRobot, context: BrowserContext
-) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(robot: PageRobot, page: Page) -> None:
     since = robot.since
     tap(page, "go forward")
     robot.robot.wait_for(moves, since)
@@ -456,9 +432,7 @@ def test_without_the_token_it_says_what_to_do(
         robot.robot.wait_for(moves)
 
 
-def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_in_a_rehearsal_nothing_moves(robot: PageRobot, page: Page) -> None:
     page.get_by_label("rehearsal").check()
     expect(page.locator("#motion")).to_have_text("REHEARSAL nothing moves")
     since = robot.since
@@ -472,10 +446,8 @@ def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext)
 
 
 def test_a_list_that_is_saved_changes_the_buttons_of_an_open_page(
-    robot: PageRobot, context: BrowserContext, own_list: Path
+    robot: PageRobot, page: Page, own_list: Path
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     expect(page.locator("#commands").get_by_role("button", name="point beer")).to_be_enabled()
     assert page.get_by_role("button", name="fold arm").count() == 0
     own_list.write_text(own_list.read_text() + "fold arm\n")

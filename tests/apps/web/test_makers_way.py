@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from browser_page import drive, opened, tap
+from browser_page import tap
 from calls import in_process
 from operator_page import PageRobot, page_robot
-from playwright.sync_api import BrowserContext, expect
+from playwright.sync_api import Page, expect
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
@@ -118,9 +118,7 @@ def test_every_line_does_what_it_says(robot: PageRobot) -> None:
         robot.drives(text)
 
 
-def test_the_page_drives_by_taps(robot: PageRobot, context: BrowserContext) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_the_page_drives_by_taps(robot: PageRobot, page: Page) -> None:
     buttons = page.locator("#commands")
     since = robot.since
     buttons.get_by_role("button", name="turn the").filter(has_text="off").click()

@@ -58,10 +58,8 @@ def open_values(page: Page, begin: str) -> Locator:
 
 
 def test_words_are_chosen_by_chips_and_the_sentence_is_shown_before_it_is_given(
-    robot: PageRobot, context: BrowserContext
+    robot: PageRobot, page: Page
 ) -> None:
-    page = opened(context, robot.link)
-    drive(page)
     since = robot.since
     button = open_values(page, "bring the")
     expect(values(page).locator(".sentence")).to_have_text("bring the key to kitchen")
@@ -84,11 +82,7 @@ def test_words_are_chosen_by_chips_and_the_sentence_is_shown_before_it_is_given(
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
-def test_a_number_is_chosen_by_a_slider_also_by_keys(
-    robot: PageRobot, context: BrowserContext
-) -> None:
-    page = opened(context, robot.link)
-    drive(page)
+def test_a_number_is_chosen_by_a_slider_also_by_keys(robot: PageRobot, page: Page) -> None:
     since = robot.since
     open_values(page, "bring the")
     open_values(page, "go ")

@@ -66,7 +66,7 @@ class Result(NamedTuple):
     accepted: bool  # as the benchmark counts
     wrong: bool  # another order was obeyed, or one with a slot too many
     right: bool  # it was heard right, obeyed or not
-    # nothing was obeyed, and a robot that asks back would ask whether it was this order
+    # Nothing was obeyed, and a robot that asks back would ask whether it was this order.
     asked: bool
     seconds: float  # how much sound there was
     cpu: float  # what it took, s

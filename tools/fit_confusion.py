@@ -104,7 +104,7 @@ class Search(NamedTuple):
 
     arcs: list[tuple[Any, ...]]  # what pocketsphinx makes the graph from
     states: int  # how many states it has
-    # the last state of each variation, by the place and the phone that is put there
+    # The last state of each variation, by the place and the phone that is put there.
     ends: dict[tuple[int, str], int]
 
 

@@ -92,7 +92,7 @@ class Fixture:
     text: str  # what is said in it
     voice: str  # who says it
     kind: str  # what it is for
-    # makes the samples, given the source of all the noise in them
+    # Makes the samples, given the source of all the noise in them.
     render: Callable[[np.random.Generator], Sound]
     rate: int = SAMPLE_RATE  # of the file, in Hz
 

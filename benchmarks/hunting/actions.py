@@ -39,9 +39,9 @@ class Action(NamedTuple):
     do: Callable[[Turn], object]  # does it; gives when it counts from, if not from its end
     bound: float = BOUND  # all have to stand still so soon, s
     blind: float = 0.0  # the robot `Bad` can take nothing for so long, s
-    # it makes the computer later by so much than a thread that dozes can see, s
+    # It makes the computer later by so much than a thread that dozes can see, s.
     burdens: float = 0.0
-    # after its end nothing is heard for so long, s; typed commands are obeyed then
+    # After its end nothing is heard for so long, s; typed commands are obeyed then.
     heals: float = 0.0
     last: bool = False  # nothing can be commanded afterwards
     not_with: str = ""  # another action, after which this is no loss

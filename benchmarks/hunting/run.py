@@ -40,9 +40,9 @@ class Hunt:
     target: str  # what was hunted
     seed: int  # repeats it
     schedule: list[str] = field(default_factory=list)  # what was done, and when
-    # until zero, s, with the names of what caused it and of what could hold it up
+    # Until zero, s, with the names of what caused it and of what could hold it up.
     took: list[tuple[list[str], float]] = field(default_factory=list)
-    # what is wrong, with the same names
+    # What is wrong, with the same names.
     finds: list[tuple[list[str], str]] = field(default_factory=list)
     stuck: str = ""  # why it could not be driven on; that is safe, but may be wrong
 

@@ -32,7 +32,7 @@ class Exit:
     open: Callable[[], Any]  # opens it; gives what gets the events, and what tells what came out
     text: str = "go forward"  # the command that comes out there
     moves: bool = True  # whether it is a velocity: zero has to be the last one
-    # which promises cannot be kept or broken here, and why
+    # Which promises cannot be kept or broken here, and why.
     cannot: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:

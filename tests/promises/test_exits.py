@@ -29,7 +29,7 @@ class ExitPromise:
 
     name: str  # in the table
     says: str  # in words, for people
-    # returns what is done, for the command that comes out there
+    # Returns what is done, for the command that comes out there.
     then: Callable[[str], tuple[Do, ...]]
     must: Must  # what must hold then
     given: Given = dataclasses.field(default_factory=Given)  # how the run begins

@@ -137,20 +137,14 @@ class ButtonSlot(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class CommandButton(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A button.
+    """A button."""
 
-    Attributes:
-        text: the sentence that it gives.
-        group: what it does, in a word or two.
-        place: where it stands on the direction pad; "wake" if it begins the listening; None
-            elsewhere. One button at most has each place.
-        slots: what else may be said in the sentence.
-    """
-
-    text: str
-    group: str
+    text: str  # the sentence that it gives
+    group: str  # what it does, in a word or two
+    # Where it stands on the direction pad; "wake" if it begins the listening; None elsewhere. One
+    # button at most has each place.
     place: str | None = None
-    slots: tuple[ButtonSlot, ...] = ()
+    slots: tuple[ButtonSlot, ...] = ()  # what else may be said in the sentence
 
 
 def command_buttons(commands: Commands, table: CommandTable) -> list[CommandButton]:

@@ -107,7 +107,7 @@ class CommandCard:
     """The commands of a list."""
 
     stops: tuple[str, ...]  # how the robot is stopped
-    # the other commands by what they do, what begins and ends the listening first
+    # The other commands by what they do, what begins and ends the listening first.
     groups: dict[str, list[CardEntry]]
 
 

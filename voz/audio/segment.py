@@ -63,9 +63,9 @@ class Segment(NamedTuple):
     above: float = math.inf  # how far its loudest frame is above the background, dB
     voices: float = 0.0  # share of the time before it that a voice may be in
     within_talk: bool = False  # whether it stands within talk that is as loud
-    # sound before the samples, up to 0.25 s; longer where the robot has a name
+    # Sound before the samples, up to 0.25 s; longer where the robot has a name.
     before: Samples = NO_SAMPLES
-    # sound after them, as far as it is known; up to 0.25 s, or longer for a name
+    # Sound after them, as far as it is known; up to 0.25 s, or longer for a name.
     after: Samples = NO_SAMPLES
 
     @property

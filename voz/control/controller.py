@@ -73,24 +73,16 @@ MAX_HELP_SPOKEN = 3
 
 
 class Rules(msgspec.Struct, frozen=True):
-    """By what a robot is controlled.
+    """By what a robot is controlled."""
 
-    Attributes:
-        table: what each command does.
-        safety: the safety rules' settings.
-        name: what the robot is called; spoken commands count after it. Empty if all count.
-        ask: what is asked back.
-        unwatched_sources: the sources of commands whose givers do not watch the robot: what these
-            set in motion has an end of its own, or ends after `UNWATCHED_MOTION_LIMIT`.
-        language: in which the robot asks and answers.
-    """
-
-    table: CommandTable
-    safety: Safety = Safety()
-    name: str = ""
-    ask: Ask = "never"
+    table: CommandTable  # what each command does
+    safety: Safety = Safety()  # the safety rules' settings
+    name: str = ""  # what the robot is called; spoken commands count after it. Empty if all count
+    ask: Ask = "never"  # what is asked back
+    # The sources of commands whose givers do not watch the robot: what these set in motion has an
+    # end of its own, or ends after `UNWATCHED_MOTION_LIMIT`.
     unwatched_sources: frozenset[str] = frozenset()
-    language: str = ENGLISH
+    language: str = ENGLISH  # in which the robot asks and answers
 
 
 class Loss(msgspec.Struct, frozen=True):

@@ -52,7 +52,7 @@ class Health(msgspec.Struct, frozen=True):
     name: str  # which
     problem: str | None  # why it is lost; None if it works
     back: str  # the message when it works again
-    # of the commands that come from it; while it is lost they move nothing
+    # Of the commands that come from it; while it is lost they move nothing.
     sources: tuple[str, ...] = ()
 
 

@@ -124,7 +124,7 @@ class BoundedMotion(msgspec.Struct, frozen=True):
 
     t: float  # the time of the last update, s
     until: float | None = None  # when it ends, s; None if only distance or angle end it
-    # the distance at which it ends; None if it turns or only time ends it
+    # The distance at which it ends; None if it turns or only time ends it.
     metres: float | None = None
     radians: float | None = None  # the angle at which it ends
     expected: float = 0.0  # how far it came by its velocity and the time, m or rad

@@ -106,7 +106,7 @@ class OpenMicrophone(Protocol):
     arrived: float  # monotonic arrival time of the block that was taken last, s
     blocks_lost: int  # number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each
     complete: bool  # whether the stream that ended is complete; else what is open in it is dropped
-    # whether what is said is meant for the robot, as somebody holds a button to talk
+    # Whether what is said is meant for the robot, as somebody holds a button to talk.
     addressed: bool
 
     @property

@@ -59,7 +59,7 @@ class CommandSource:
     warnings: tuple[str, ...]  # what the user should know, one line each
     compiled: CompiledTemplates | None = None  # of templates; None for a plain list
     spoken: LanguageInfo | None = None  # the language; None is English
-    # the bytes of each file that it was read from, the list first
+    # The bytes of each file that it was read from, the list first.
     files_read: Mapping[Path, bytes] = field(default_factory=dict)
 
 

@@ -29,16 +29,12 @@ _NAME = re.compile(r"(.+?)(\([0-9]{1,3}\))?")
 
 @dataclass(frozen=True)
 class LetterRules:
-    """Letter-to-sound rules.
+    """Letter-to-sound rules."""
 
-    Attributes:
-        phones: of each group of letters; silent letters have none. `^` before it stands for the
-            beginning of a word, `$` after it for the end.
-        longest: letters of the longest group, with such marks.
-    """
-
+    # Of each group of letters; silent letters have none. `^` before it stands for the beginning of
+    # a word, `$` after it for the end.
     phones: Mapping[str, tuple[str, ...]]
-    longest: int
+    longest: int  # letters of the longest group, with such marks
 
 
 def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str, ...]]:

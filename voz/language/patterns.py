@@ -39,19 +39,15 @@ MAX_VALUES = 24
 
 @dataclass(frozen=True)
 class Pattern:
-    """One way to say a command.
+    """One way to say a command."""
 
-    Attributes:
-        command: its name.
-        text: without what may be left out, but for slots, which are in brackets then; a slot is
-            in braces, by the name of its list.
-        slots: the list of each slot, by the slot's own name.
-        values: what may be said for each list.
-    """
-
-    command: str
+    command: str  # its name
+    # Without what may be left out, but for slots, which are in brackets then; a slot is in braces,
+    # by the name of its list.
     text: str
+    # The list of each slot, by the slot's own name.
     slots: Mapping[str, str] = field(default_factory=dict)
+    # What may be said for each list.
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 

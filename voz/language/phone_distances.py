@@ -15,7 +15,7 @@ class PhoneDistances:
     """The distances between phones in an acoustic model."""
 
     frames: Mapping[str, float]  # how many frames of 10 ms a phone lasts
-    # what a frame of the first phone loses, in nats, if it is taken for the second
+    # What a frame of the first phone loses, in nats, if it is taken for the second.
     apart: Mapping[str, Mapping[str, float]]
 
 

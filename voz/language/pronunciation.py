@@ -133,7 +133,7 @@ class LexiconEntry:
 
     phones: tuple[str, ...]  # its pronunciations, the usual one first, each such as "K OW L AH"
     origin: str  # where they come from, for people to read
-    # those of another language, for the network; `phones` are the nearest English ones
+    # Those of another language, for the network; `phones` are the nearest English ones.
     ipa: tuple[str, ...] = ()
 
 

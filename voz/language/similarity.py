@@ -45,7 +45,7 @@ class SimilarPair:
     first: str  # the command that stands first in the list
     second: str  # the other
     similarity: float  # 1 if they sound the same, near 0 if nothing in them does
-    # the phones of each that the other does not share at its beginning or end
+    # The phones of each that the other does not share at its beginning or end.
     differ: tuple[str, str]
 
 

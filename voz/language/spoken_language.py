@@ -35,21 +35,16 @@ LANGUAGES_FILE = Path(__file__).with_name("languages.tsv")
 
 
 class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
-    """A spoken language, as the language files keep it.
+    """A spoken language, as the language files keep it."""
 
-    Attributes:
-        name: what the user calls it.
-        acoustic_model: the folder of the model, relative to that of the language files or absolute;
-            None is pocketsphinx's English model.
-        model: the SHA-256 of the model; empty for pocketsphinx's own.
-        frames: how many frames of 10 ms each phone lasts; of pocketsphinx's model it is known.
-        apart: what a frame of one phone loses, in nats, if it is taken for another; as before.
-    """
-
-    name: str
+    name: str  # what the user calls it
+    # The folder of the model, relative to that of the language files or absolute; None is
+    # pocketsphinx's English model.
     acoustic_model: str | None = None
-    model: str = ""
+    model: str = ""  # the SHA-256 of the model; empty for pocketsphinx's own
+    # How many frames of 10 ms each phone lasts; of pocketsphinx's model it is known.
     frames: dict[str, float] = {}
+    # What a frame of one phone loses, in nats, if it is taken for another; as before.
     apart: dict[str, dict[str, float]] = {}
 
     @property
@@ -118,7 +113,7 @@ class OtherLanguage:
     """A language that was read."""
 
     spoken: LanguageInfo  # its acoustic model and phones
-    # the pronunciations of each word; None if espeak-ng knows them
+    # The pronunciations of each word; None if espeak-ng knows them.
     dictionary: Mapping[str, tuple[str, ...]] | None = None
     rules: LetterRules | None = None  # letter-to-sound rules for other words; None without
 

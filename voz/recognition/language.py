@@ -38,9 +38,9 @@ class Language:
     pronunciations: Mapping[str, Phones]  # the same, with British ones
     spoken: LanguageInfo  # which language it is, and its acoustic model
     rivals: Rivals  # what sounds much like the words of the commands
-    # the pronunciations for the network, of a language that has others for pocketsphinx
+    # The pronunciations for the network, of a language that has others for pocketsphinx.
     ipa: Mapping[str, Phones] = field(default_factory=dict)
-    # words that no dictionary has, beside those of the commands
+    # Words that no dictionary has, beside those of the commands.
     guessed: frozenset[str] = frozenset()
 
     @cached_property

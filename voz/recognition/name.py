@@ -51,45 +51,29 @@ others it is 0.5, but then a name that is said clearly in talk that goes on wake
 
 
 class NameWeights(NamedTuple):
-    """The weights of the regression.
+    """The weights of the regression."""
 
-    Attributes:
-        constant: log-odds of a name without phones.
-        fit: log-odds for each nat of `fit` in the evidence.
-        heard: log-odds for each nat of `heard` in the evidence, phones of the name x what is
-            heard: each phone, and last a blank.
-        lengths: log-odds for each class of length, phones of the name x classes.
-        typical: log-odds for each phone of a name that is said in noise, in the mean.
-    """
-
-    constant: float
-    fit: float
+    constant: float  # log-odds of a name without phones
+    fit: float  # log-odds for each nat of `fit` in the evidence
+    # Log-odds for each nat of `heard` in the evidence, phones of the name x what is heard: each
+    # phone, and last a blank.
     heard: Floats
-    lengths: Floats
-    typical: Floats
+    lengths: Floats  # log-odds for each class of length, phones of the name x classes
+    typical: Floats  # log-odds for each phone of a name that is said in noise, in the mean
 
 
 class NameEvidence(NamedTuple):
-    """Where a name fits best, and what is heard there.
+    """Where a name fits best, and what is heard there."""
 
-    Attributes:
-        fit: relative log-likelihood of the name, nats; infinitely low if it fits nowhere.
-        around: what is said around it costs, nats.
-        begin: its first moment.
-        end: the moment after its last.
-        phones: the number of each of its phones.
-        heard: relative log-likelihood of each phone, and of a blank, while each phone is said,
-            nats; phones of the name x (phones of the dictionary + 1).
-        lengths: the class of length of each of its phones.
-    """
-
-    fit: float
-    around: float
-    begin: int
-    end: int
-    phones: Places
+    fit: float  # relative log-likelihood of the name, nats; infinitely low if it fits nowhere
+    around: float  # what is said around it costs, nats
+    begin: int  # its first moment
+    end: int  # the moment after its last
+    phones: Places  # the number of each of its phones
+    # Relative log-likelihood of each phone, and of a blank, while each phone is said, nats; phones
+    # of the name x (phones of the dictionary + 1).
     heard: Floats
-    lengths: Places
+    lengths: Places  # the class of length of each of its phones
 
     def log_odds(self, weights: NameWeights) -> float:
         """The log-odds that the name was said."""

@@ -25,7 +25,7 @@ class RobotSetup:
     settings: Config  # with a table for each robot
     stream: TextIO  # where robots print
     warn: Callable[[Notice], None]  # called with the robots' warnings, on any thread
-    # whether real robots get a watchdog process, which stops them if this one cannot
+    # Whether real robots get a watchdog process, which stops them if this one cannot.
     watchdog: bool = False
     verbose: bool = False  # whether the console prints the evidence for an utterance
 

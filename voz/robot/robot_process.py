@@ -36,7 +36,7 @@ class RobotSpec(msgspec.Struct, frozen=True):
 
     name: str  # as `voz run --robot` takes it
     settings: Config = Config()
-    # whether it is a watchdog, which only stops the robot if the beat falls silent
+    # Whether it is a watchdog, which only stops the robot if the beat falls silent.
     only_zero: bool = False
     arguments: tuple[str, ...] = ()  # remappings for a ROS 1 node
     path: tuple[str, ...] = ()  # additional folders of Python modules

@@ -18,7 +18,7 @@ class RecognizerStatus:
     """Whether a recognizer hears."""
 
     problem: str = ""  # why it hears nothing; empty if all is well
-    # whether its microphone gives only zeros, which matters to a moving robot
+    # Whether its microphone gives only zeros, which matters to a moving robot.
     only_silence: bool = False
 
     @property

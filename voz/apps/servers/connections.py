@@ -48,18 +48,13 @@ Peer = tuple[str, int]
 
 @dataclass(frozen=True)
 class Places:
-    """How many connections a server may have.
+    """How many connections a server may have."""
 
-    Attributes:
-        idle: those whose clients have sent nothing yet that is answered.
-        answered: those that are being answered, and are kept meanwhile; more are answered unkept.
-        backlog: those that the system queues, and that are accepted at once. A longer queue lets a
-            flood through: at 1,000 connections/s of others a client comes too late in half of the
-            cases with 100, and in none with 64, as whoever finds it full has to try again.
-    """
-
-    idle: int
-    answered: int
+    idle: int  # those whose clients have sent nothing yet that is answered
+    answered: int  # those that are being answered, and are kept meanwhile; more are answered unkept
+    # Those that the system queues, and that are accepted at once. A longer queue lets a flood
+    # through: at 1,000 connections/s of others a client comes too late in half of the cases with
+    # 100, and in none with 64, as whoever finds it full has to try again.
     backlog: int
 
     @property

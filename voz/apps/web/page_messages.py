@@ -34,15 +34,12 @@ Time = Annotated[float, msgspec.Meta(ge=0, le=1e13)]
 
 
 class Command(msgspec.Struct, frozen=True):
-    """POST /api/command: a sentence, and the secret of the driving page.
-
-    Attributes:
-        stops: how often the page had asked for a stop before; a command that a stop has overtaken
-            on its way is refused.
-    """
+    """POST /api/command: a sentence, and the secret of the driving page."""
 
     text: ShortText
     page: ShortText | None = None
+    # How often the page had asked for a stop before; a command that a stop has overtaken on its way
+    # is refused.
     stops: int | None = None
 
 

@@ -78,7 +78,7 @@ class RobotAccess:
     language: str  # its code, as `en`
     page_drives: Callable[[], bool]  # returns whether somebody drives from the operator page
     limit: RateLimit  # of the commands of all clients
-    # returns the limit of all events from a network
+    # Returns the limit of all events from a network.
     event_limit_of: Callable[[Hashable], RateLimit]
 
     @property

@@ -36,7 +36,7 @@ class Template:
     command: str | None  # its name; None if the template itself names it
     expression: Expression  # the sentences
     place: Location  # where it stands
-    # slots with fixed values
+    # Slots with fixed values.
     constants: Mapping[str, Value] = field(default_factory=lambda: MappingProxyType({}))
 
 

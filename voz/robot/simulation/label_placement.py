@@ -91,7 +91,7 @@ class LabelRequest(NamedTuple):
 
     anchor: Position  # the place that it describes
     size: tuple[float, float]  # its width and height
-    # whether a line leads from it to its anchor; else it must be near and cover nothing
+    # Whether a line leads from it to its anchor; else it must be near and cover nothing.
     leader: bool
 
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from functools import partial
 
 import msgspec
@@ -115,7 +116,6 @@ class LivePage:
         recognizer, settings = session.recognizer, session.spec.settings
         assert session.hearing
         assert recognizer
-        device = session.hearing.device
         hearing = _WatchedHearing(session.hearing)
         registry = PageRegistry(
             CommandBridge(self._inbox, self._clock.now, self._commands),
@@ -129,21 +129,9 @@ class LivePage:
         recorder = session.recorder if isinstance(session.recorder, Recorder) else None
         marks = RecordingMarks(recorder, self._commands)
         false_alarms = FalseAlarmSetting(recognizer, settings.recognition, self._warn)
-        state = partial(self._state, session, hearing, marks, false_alarms, registry)
         given = _CurrentCommands(self._commands, session.controller)
-
-        def snapshot() -> Record:
-            """All that a page that is opened now has to know."""
-            return {
-                **given.record(),
-                "room": self._picture.room() or None,
-                "recordings": marks.known,
-                "tuning": false_alarms.choices(),
-                "microphone": "browser" if self._microphone else device,
-                "events": registry.remembered,
-                "now": {**state(), **registry.status},
-            }
-
+        shown = _Shown(session, hearing, given, marks, false_alarms, registry)
+        snapshot = partial(self._snapshot, shown)
         voice = settings.speech.voice
         routes = [
             *ControlApi(registry, self._address.access, snapshot, settings).routes(),
@@ -154,7 +142,7 @@ class LivePage:
             start_background_tasks,
             registry,
             self._events,
-            state,
+            partial(self._state, shown),
             lambda: [*marks.take_new(), *given.take_new()],
             self._address.renew_certificate,
         )
@@ -162,16 +150,21 @@ class LivePage:
         with self._address.serving(app, start_tasks, self._warn):
             yield hearing
 
-    def _state(
-        self,
-        session: Session,
-        hearing: _WatchedHearing,
-        marks: RecordingMarks,
-        false_alarms: FalseAlarmSetting,
-        registry: PageRegistry,
-    ) -> Record:
+    def _snapshot(self, shown: _Shown) -> Record:
+        """All that a page that is opened now has to know."""
+        return {
+            **shown.commands.record(),
+            "room": self._picture.room() or None,
+            "recordings": shown.marks.known,
+            "tuning": shown.false_alarms.choices(),
+            "microphone": "browser" if self._microphone else shown.hearing.device,
+            "events": shown.registry.remembered,
+            "now": {**self._state(shown), **shown.registry.status},
+        }
+
+    def _state(self, shown: _Shown) -> Record:
         """The current state, on the server's thread."""
-        controller, speaker = session.controller, session.speaker
+        controller, speaker = shown.session.controller, shown.session.speaker
         linear, angular = controller.velocities
         needs_name = self._microphone is None or self._microphone.is_hands_free
         awake = controller.awake or not needs_name
@@ -183,19 +176,31 @@ class LivePage:
             "listening": controller.listening,
             "asleep": "" if awake else controller.name,
             "rehearsing": controller.state.rehearsing,
-            "question": registry.question,
+            "question": shown.registry.question,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,
-            "recording": marks.note,
-            "alarms": false_alarms.alarms,
-            "deaf": hearing.problem,
+            "recording": shown.marks.note,
+            "alarms": shown.false_alarms.alarms,
+            "deaf": shown.hearing.problem,
             "talking": bool(self._microphone and self._microphone.is_expected),
             "linear": linear,
             "angular": angular,
-            "peak": round(hearing.peak, 4),
-            "background": round(hearing.background, 1),
+            "peak": round(shown.hearing.peak, 4),
+            "background": round(shown.hearing.background, 1),
             **self._picture.state(),
         }
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What a page shows of a run."""
+
+    session: Session
+    hearing: _WatchedHearing
+    commands: _CurrentCommands
+    marks: RecordingMarks
+    false_alarms: FalseAlarmSetting
+    registry: PageRegistry
 
 
 class _CurrentCommands:
@@ -245,6 +250,7 @@ class _WatchedHearing:
 
     def __init__(self, hearing: Hearing) -> None:
         self.source = hearing.source
+        self.device = hearing.device
         self.problem: str | None = None
         self._hearing = hearing
 

@@ -25,7 +25,6 @@ from voz.recognition.profiles import Profile, load_profile, save_profile
 
 SOURCE = FIXTURES / "formats" / "mono_8000.wav"
 FILES = 200
-MEAN = "45,3,-1"
 
 
 def fuzzed_header(data: bytes, seed: int) -> bytes:

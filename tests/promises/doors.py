@@ -99,10 +99,6 @@ def _drive_hands_free(live: Live) -> None:
     live.timeline.at(0.4, lambda: _browser(live).begin_to_talk(held=False))
 
 
-def _drive_with_sound(live: Live) -> None:
-    _drive(live)
-
-
 def _speak_on_page(live: Live, text: str) -> None:
     _browser(live).room.say(text)
 

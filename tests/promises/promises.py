@@ -19,9 +19,6 @@ Must = Callable[[Outcome, Door], None]
 BEAT = 0.12
 """A beat and two steps, s."""
 
-HALF_A_SECOND = 0.5
-"""S5: so soon the robot stands, s."""
-
 METERS = 0.25
 """No further than this it comes until it stands, at 0.5 m/s."""
 

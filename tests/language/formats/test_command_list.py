@@ -383,9 +383,6 @@ def test_what_cannot_be_done_is_refused_with_its_place(
     assert str(caught.value).startswith(f"{tmp_path / name}:")
 
 
-MARKS = "[](){}<>|;:=\"'$@,.-\n ax1"
-
-
 @given(
     st.sampled_from(sorted(PARSERS)),
     st.sampled_from([RHASSPY.replace("$room", "hall"), HASSIL, RHINO, JSGF]),

@@ -49,7 +49,7 @@ def lines(job: str, library: str) -> int:
 
 
 def table() -> str:
-    """The table of `docs/programs.md`."""
+    """The table of `docs/why.md`."""
     rows = [
         ["job", "voz", "pocketsphinx", "SpeechRecognition", "vosk"],
         ["---"] * (len(LIBRARIES) + 1),

@@ -1,6 +1,8 @@
 """A robot of one's own: PYTHONPATH=examples voz run --robot my_robot:Lamp --text -."""
 
-from voz import Event, Robot, Twist, Utterance
+from collections.abc import Mapping
+
+from voz import Robot
 
 
 class Lamp(Robot):
@@ -10,10 +12,12 @@ class Lamp(Robot):
         """Get ready; a RobotError that is raised here ends the run with one line."""
         self.on = False
 
-    def receive(self, event: Event) -> None:
-        """Take one event; a Twist comes 10 times a second."""
-        if isinstance(event, Utterance) and event.obeyed:
-            print("obeyed:", event.text, flush=True)
-        elif isinstance(event, Twist) and self.on != bool(event.linear or event.angular):
+    def move(self, linear: float, angular: float) -> None:
+        """Hold a velocity, m/s and rad/s; called 10 times a second."""
+        if self.on != bool(linear or angular):
             self.on = not self.on
             print("lamp on" if self.on else "lamp off", flush=True)
+
+    def command(self, name: str, slots: Mapping[str, str | float]) -> None:
+        """Do a command that is obeyed."""
+        print("obeyed:", name, flush=True)

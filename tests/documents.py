@@ -46,6 +46,14 @@ def written() -> tuple[Document, ...]:
     return tuple(Document(path.relative_to(ROOT), path.read_text("utf-8")) for path in paths)
 
 
+def recipe(title: str) -> Document:
+    """A part of the cookbook."""
+    (page,) = (page for page in written() if page.path == Path("docs/cookbook.md"))
+    part = page.text.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
+    assert part, f"there is no recipe {title}"
+    return Document(page.path, part)
+
+
 @cache
 def generated() -> tuple[Document, ...]:
     """The pages that are made from the program."""

@@ -9,7 +9,7 @@ import tty
 from pathlib import Path
 
 import pytest
-from calls import in_process
+from documents import recipe
 from recordings import ROOT
 
 HERE = ROOT / "tests" / "arduino"
@@ -71,20 +71,25 @@ def test_a_servo_and_a_light_do_what_is_said(sketch: Path) -> None:
 
 
 @pytest.mark.realtime
-def test_it_drives_by_what_voz_writes(sketch: Path, tmp_path: Path) -> None:
-    assert in_process("new", "cart", "--type", "serial", cwd=tmp_path).code == 0
+def test_the_recipe_drives_it_by_what_voz_writes(sketch: Path, tmp_path: Path) -> None:
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT),
+    }
+    (typed,) = recipe("An Arduino with motors, a servo and a light").blocks("sh")
+    subprocess.run(["sh", "-ec", typed], cwd=tmp_path, env=environment, check=True)
     folder = tmp_path / "cart"
     firmware, cable = os.openpty()
     tty.setraw(cable)
     settings = (folder / "voz.toml").read_text().replace("/dev/ttyUSB0", os.ttyname(cable))
     (folder / "voz.toml").write_text(settings)
-    said = "\n".join(["start speech", "go forward", *"---", "turn left", *"---", "wave", "stop"])
+    said = ["start speech", "go forward", *"---", "turn left", *"---", "wave", "light on", "stop"]
     run = [sys.executable, "-m", "voz", "run", "--no-sound", "--text", "-"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    subprocess.run(run, cwd=folder, env=environment, input=said, text=True, check=True)
+    lines = "\n".join(said)
+    subprocess.run(run, cwd=folder, env=environment, input=lines, text=True, check=True)
     found = pins(sketch, *os.read(firmware, 8000).decode().splitlines())
     os.close(firmware)
     os.close(cable)
     assert (51, 51, 90, 0) in found
     assert any(0 < left < 51 < right for left, right, *_ in found)
-    assert found[-1] == (0, 0, 0, 0)  # it has waved, and stands
+    assert found[-1] == (0, 0, 0, 1)  # it has waved, shines, and stands

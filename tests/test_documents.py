@@ -201,8 +201,20 @@ def test_each_thread_is_told_of_with_its_queue() -> None:
     assert {name for name in names if f"\n| `{name}`" not in page} == set()
 
 
-def test_the_readme_is_short() -> None:
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
+def test_who_uninstalls_is_told_each_folder_that_voz_makes() -> None:
+    page = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "voz").rglob("*.py"))
+    kinds = set(re.findall(r'data_folder\("(\w+)"\)', code))
+    (named,) = re.findall(r"`~/\.local/share/voz`\s\(([\w, ]+)\)", page)
+    assert kinds == set(named.split(", "))
+    assert "`~/.cache/voz`" in page
+
+
+def test_the_documents_are_short() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) <= 150
+    pages = [readme, *(page.text for page in written() if page.path.parent == Path("docs"))]
+    assert sum(len(page.split()) for page in pages) <= 26_000
 
 
 def test_what_the_spanish_readme_shows_is_what_voz_says(tmp_path: Path) -> None:

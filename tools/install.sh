@@ -32,9 +32,9 @@ if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd chromium"
-    packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index"
+    packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index mosquitto mosquitto-clients"
     why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, ffmpeg,"
-    why="$why what builds packages of ROS 1 and 2, and chromium for the operator page"
+    why="$why what builds packages of ROS 1 and 2, chromium for the operator page, and a broker of MQTT"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.

@@ -1,4 +1,4 @@
-"""`benchmarks/lines_of_code.py`: the table of docs/programs.md, and the programs that run here."""
+"""`benchmarks/lines_of_code.py`: the table of docs/why.md, and the programs that run here."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROGRAMS = ROOT / "benchmarks" / "lines_of_code"
 
 def test_the_documents_have_its_table_and_voz_needs_the_fewest_lines() -> None:
     done = subprocess.run([sys.executable, BENCHMARK], capture_output=True, text=True, check=True)
-    assert done.stdout in (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
+    assert done.stdout in (ROOT / "docs" / "why.md").read_text(encoding="utf-8")
     _, _, *rows = done.stdout.splitlines()
     assert len(rows) == 3
     for row in rows:

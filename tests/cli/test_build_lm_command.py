@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from documents import written
 from recordings import GO_BACK, ROOT
 
 
@@ -185,3 +187,26 @@ def test_spoken_templates_are_understood_with_their_slots(voz: Any, templates: P
         assert (heard["command"], heard["slots"]) == (command, slots)
     assert voz("say", "the weather is nice today", "--out", wav).code == 0
     assert not any(heard["accepted"] for heard in voz("decode", "--lm", out, "--json", wav).json)
+
+
+def test_the_warning_that_the_documents_show_is_what_is_said(voz: Any, tmp_path: Path) -> None:
+    (page,) = (page for page in written() if page.path == Path("docs/commands.md"))
+    (shown,) = (block for block in page.terminals if block.startswith("$ voz build-lm commands"))
+    lists = {
+        "commands.txt": "stop\nopen gripper\nopen the gripper\nup\n",
+        "better.txt": "stop\nlight on\ndarkness\nraise the arm\n",
+        "worse.txt": "stop\nlight on\nlight off\n",
+    }
+    said = {}
+    for name, lines in lists.items():
+        (tmp_path / name).write_text(lines)
+        said[name] = voz("build-lm", tmp_path / name, "--out", tmp_path / name[0], "--alike")
+    assert said["commands.txt"].err == shown.partition("\n")[2]
+    assert re.search(r"^up .*\bcup, app", said["commands.txt"].out, re.M)
+    assert re.search(r"^0\.\d+ .* light on +darkness", said["better.txt"].out, re.M)
+    alike = [
+        float(re.search(rf"^(0\.\d+) .* light on +{other}\b", said[name].out, re.M)[1])  # type: ignore[index]
+        for name, other in (("better.txt", "darkness"), ("worse.txt", "light off"))
+    ]
+    assert alike[0] < alike[1]
+    assert said["better.txt"].err == ""

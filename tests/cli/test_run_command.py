@@ -11,10 +11,15 @@ import threading
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import soundfile
 from calls import HANGS, VOZ, Result, in_process
 from live_robot import signals_as_a_terminal_has_them
 from recordings import GO_BACK, ROOT, Recording
+from synthesis import phrase, with_floor
+
+from voz.audio import SAMPLE_RATE
 
 
 @pytest.mark.slow
@@ -111,6 +116,22 @@ def test_who_types_help_reads_what_may_be_said(voz: Any) -> None:
     assert asleep == "start speech, stop speech, stop"
     assert awake.startswith("stop speech, go forward, go back, ")
     assert awake.endswith(" and 1 more")
+
+
+def test_who_asks_aloud_what_it_can_do_hears_three_commands_of_the_list(
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = "stop\ngo forward\nturn left\ndance\nhelp: what can you do\ngo back\n"
+    Path("list.txt").write_text(own)
+    Path("voz.toml").write_text(
+        '[recognition]\nname = "hey robot"\n[commands]\ndance.say = "hop"\n'
+    )
+    assert voz("build-lm", "list.txt", "--out", "lm").code == 0
+    said = phrase("festival_slt", "hey robot what can you do")
+    soundfile.write("said.wav", with_floor(said, np.random.default_rng(0)), SAMPLE_RATE)
+    result = voz("run", "--wav", "said.wav", "--no-sound", "--listening")
+    assert 'robot says "you can say go forward, turn left or dance"' in result.out
 
 
 def test_who_is_not_listened_to_is_told_the_words_of_the_list(

@@ -115,3 +115,10 @@ def test_help_and_the_package_load_none_of_the_heavy_parts(asked: str) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_windows_is_told_in_one_line_where_voz_works() -> None:
+    code = "import sys; sys.platform = 'win32'; from voz.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    told = "voz: needs Linux; on Windows use WSL 2, as docs/start.md says\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
+from calls import VOZ
 from cyclonedds.pub import DataWriter
+from documents import recipe
 from programs import Program, wait_until
 from recordings import ROOT
 from ros2.conftest import RCLPY
@@ -65,3 +70,28 @@ def test_the_last_it_sends_is_zero(number: int, watchdog: Program) -> None:
     watchdog.end(number)
     assert watchdog.process.returncode == 0
     base.stands()
+
+
+def test_the_recipe_of_the_turtlebot_puts_it_between_voz_and_the_base(
+    domain: int, tmp_path: Path
+) -> None:
+    page = recipe("A TurtleBot with ROS 2")
+    (line,) = (line for line in page.blocks("")[1].splitlines() if "watchdog" in line)
+    _, script, *names = shlex.split(line)
+    (tmp_path / "voz.toml").write_text(page.blocks("toml")[1])
+    wheels = Ros2Node(Ros2()).reader("cmd_vel", TwistMessage)
+    options = "run --robot ros2 --text - --events - --listening --no-sound --no-watchdog --config"
+    with ExitStack() as stack:
+        watchdog = Program([str(RCLPY), str(ROOT / "examples" / script), *names])
+        stack.callback(watchdog.close)
+        robot = Program([*VOZ, *options.split(), str(tmp_path / "voz.toml")])
+        stack.callback(robot.close)
+
+        def drives() -> bool:
+            robot.say("go forward")
+            time.sleep(0.1)
+            return 0.1 in [message.linear.x for message in wheels.take(100)]
+
+        wait_until(drives)
+        robot.end(signal.SIGKILL)
+        wait_until(lambda: [message.linear.x for message in wheels.take(100)][-1:] == [0.0])

@@ -8,6 +8,10 @@ from __future__ import annotations
 
 import sys
 
+if sys.platform == "win32":  # before the imports of what Windows does not have
+    print("voz: needs Linux; on Windows use WSL 2, as docs/start.md says", file=sys.stderr)
+    sys.exit(2)
+
 from voz.process import setup, signals
 
 TYPE_CHECKING = False

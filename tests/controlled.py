@@ -17,11 +17,7 @@ from voz.settings import Safety
 
 
 class Controlled(Dispatcher):
-    """Keeps the events; attributes of `Rules` may be given.
-
-    Attributes:
-        events: all so far.
-    """
+    """Keeps the events; attributes of `Rules` may be given."""
 
     def __init__(
         self,
@@ -33,7 +29,7 @@ class Controlled(Dispatcher):
     ) -> None:
         rules = {"table": table or default_commands(), "safety": safety or Safety(), **rules}
         state = ControllerState(Rules(**rules), State(listening=listening))
-        self.events: list[Event] = []
+        self.events: list[Event] = []  # all so far
         super().__init__(state, [self.events.append], odometry)
 
     def hear(self, event: Utterance | Partial, late: bool = False) -> None:

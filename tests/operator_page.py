@@ -70,15 +70,11 @@ class PageRobot:
 
 
 class Page:
-    """What a page does, without a browser: it answers states, whatever else goes on.
-
-    Attributes:
-        there: whether somebody sees it; it answers nothing else.
-    """
+    """What a page does, without a browser: it answers states, whatever else goes on."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
-        self.there = True
+        self.there = True  # whether somebody sees it; it answers nothing else
         self._told: queue.SimpleQueue[Record | ConnectionClosed] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
         self.welcome = self.wait_for(lambda record: record["type"] == "welcome")

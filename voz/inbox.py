@@ -24,21 +24,17 @@ class Inbox:
     These interrupt the thread that takes messages, so no lock is ever held: deques are reentrant,
     and releasing a lock that only wakes the taker is, too. `SimpleQueue.get` with a time limit is
     no replacement: on CPython 3.10 to 3.12 it may wait forever if the limit passes as it wakes.
-
-    Attributes:
-        halts: names of the commands that stop the robot.
-        dropped: number of messages that were dropped.
     """
 
     def __init__(self, halts: Collection[str]) -> None:
-        self.halts = halts
+        self.halts = halts  # names of the commands that stop the robot
         self._numbers = itertools.count(1)
         self._urgent: deque[tuple[int, Message]] = deque()
         self._usual: deque[tuple[int, Message]] = deque()
         self._arrived = threading.Lock()  # held until there is something to take
         self._arrived.acquire()
         self._newest_stop = 0
-        self.dropped = 0
+        self.dropped = 0  # number of messages that were dropped
         self._seen = self._reported = 0  # dropped messages
         self._reported_at = -FLOOD_WARNING_INTERVAL
         self._since = 0.0  # when the first was dropped that was not reported, s

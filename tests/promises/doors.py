@@ -189,14 +189,10 @@ class Lines(Bag):
 
 
 class Listening:
-    """What `recognizer.microphone()` gives in a room, as a time goes on.
-
-    Attributes:
-        room: where it is.
-    """
+    """What `recognizer.microphone()` gives in a room, as a time goes on."""
 
     def __init__(self, given: Given, timeline: Timeline) -> None:
-        self.room = Room()
+        self.room = Room()  # where it is
         self._timeline = timeline
         self._next = BEGIN
         self._settled = SettledUtterances()

@@ -20,16 +20,11 @@ BEGIN = 1000.0
 
 
 class Timeline:
-    """A time that goes on in steps, and what happens at them.
-
-    Attributes:
-        now: the monotonic time, s.
-        each: called at each step, after what is due then.
-    """
+    """A time that goes on in steps, and what happens at them."""
 
     def __init__(self) -> None:
-        self.now = BEGIN
-        self.each: list[Callable[[], None]] = []
+        self.now = BEGIN  # the monotonic time, s
+        self.each: list[Callable[[], None]] = []  # called at each step, after what is due then
         self._numbers = itertools.count()
         self._due: list[tuple[float, int, Callable[[], None]]] = []
 

@@ -40,25 +40,20 @@ def _take_nothing(_text: str, _source: str = "") -> None:
 
 
 class Live:
-    """A live run with every source, of which a door uses one.
-
-    Attributes:
-        outcome: what the robot gets.
-        browser: the page that drives; None if the run has none.
-        microphone: the robot's own; None if the run has none.
-    """
+    """A live run with every source, of which a door uses one."""
 
     def __init__(self, given: Given, *, microphone: bool, browser_listens: bool) -> None:
-        self.outcome = Outcome()
+        self.outcome = Outcome()  # what the robot gets
         self.timeline = Timeline()
         self.unreachable: str | None = None
         self.given = given
         self.inbox = SteppedInbox(self.timeline, given.table.halts)
+        # The robot's own; None if the run has none.
         self.microphone = SteppedMicrophone(self.timeline) if microphone else None
         self._device = self.microphone or SilentMicrophone(self.timeline)
         self._followed: FollowedMicrophone | None = None
         self.server = Server()
-        self.browser: Browser | None = None
+        self.browser: Browser | None = None  # the page that drives; None if the run has none
         self.service: Service | None = None
         self.take_text = self._taking = _take_nothing
         self.lose_recognizer: Callable[[str], None] = lambda _: None

@@ -308,15 +308,11 @@ class Browser:
 
 
 class FollowedMicrophone(BrowserMicrophone):
-    """A browser's microphone, of which it is known whether all that it has was heard.
-
-    Attributes:
-        over: whether nobody waits for what comes next.
-    """
+    """A browser's microphone, of which it is known whether all that it has was heard."""
 
     def __init__(self, warn: Callable[[str], None]) -> None:
         super().__init__(warn)
-        self.over = False
+        self.over = False  # whether nobody waits for what comes next
         self._changed = threading.Condition()
         self._given = 0  # blocks and ends of streams
         self._heard = 0

@@ -38,14 +38,10 @@ def speech(text: str) -> Samples:
 
 
 class Room:
-    """The sound of a quiet room, in which somebody speaks now and then.
-
-    Attributes:
-        muted: whether the microphone in it gives only zeros.
-    """
+    """The sound of a quiet room, in which somebody speaks now and then."""
 
     def __init__(self) -> None:
-        self.muted = False
+        self.muted = False  # whether the microphone in it gives only zeros
         self._noise = np.random.default_rng(0)
         self._said = np.zeros(0)
 

@@ -31,14 +31,11 @@ class ChannelMixer:
 
     A microphone with a plug wired the wrong way round gives each sound twice, once upside down: the
     mean is silence. Signs change with a fade over a frame, so that nothing clicks.
-
-    Attributes:
-        out_of_phase: whether channels ever were.
     """
 
     def __init__(self, rate: float) -> None:
         """Start a stream of a rate, Hz."""
-        self.out_of_phase = False
+        self.out_of_phase = False  # whether channels ever were
         self._size = max(1, round(FRAME_SECONDS * rate))
         self._decay = float(np.exp(-FRAME_SECONDS / MEMORY_SECONDS))
         self._rest = np.empty((0, 1), np.float32)

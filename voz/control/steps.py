@@ -48,51 +48,34 @@ Value: TypeAlias = bool | Int32 | Finite | str
 class Step(
     CheckedRecord, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """One thing that a command does; at most one of the first thirteen, or only words or a sound.
+    """What a command does: at most one of the first thirteen, or only words or a sound."""
 
-    Attributes:
-        drive: drives straight at this velocity, m/s; negative is back.
-        turn: turns to the left while driving, rad/s; negative to the right, said again tighter.
-        rotate: rotates on the spot to the left, rad/s; negative to the right.
-        faster: moves the velocity in use away from 0, m/s or rad/s.
-        slower: moves it toward 0.
-        stop: both velocities 0.
-        listen: whether commands are obeyed from now on.
-        state: the set of commands from now on, of `[states.NAME]`; "" is `[commands]` again.
-        publish: a value for a topic.
-        run: a program and its arguments.
-        call: a function in Python, `module:function`, and its arguments.
-        again: whether the last command that moved the robot is repeated.
-        answer: yes or no to what `confirm` asks.
-        say: what the robot says, if the step takes effect.
-        play: a sound that comes with voz, or a file.
-        topic: of `publish`.
-        metres: how far to `drive`.
-        degrees: how far to `rotate` or `turn`.
-        seconds: how long to move; how long a program or function may take.
-        confirm: whether it is asked first; or the question. Alone, the command is only for the
-            robot's own code.
-    """
-
-    drive: Amount | None = None
+    drive: Amount | None = None  # drives straight at this velocity, m/s; negative is back
+    # Turns to the left while driving, rad/s; negative to the right, said again tighter.
     turn: Amount | None = None
-    rotate: Amount | None = None
-    faster: Amount | None = None
-    slower: Amount | None = None
-    stop: bool = False
-    listen: bool | None = None
+    rotate: Amount | None = None  # rotates on the spot to the left, rad/s; negative to the right
+    faster: Amount | None = None  # moves the velocity in use away from 0, m/s or rad/s
+    slower: Amount | None = None  # moves it toward 0
+    stop: bool = False  # both velocities 0
+    listen: bool | None = None  # whether commands are obeyed from now on
+    # The set of commands from now on, of `[states.NAME]`; "" is `[commands]` again.
     state: str | None = None
-    publish: Value | None = None
+    publish: Value | None = None  # a value for a topic
+    # A program and its arguments.
     run: Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)] | None = None
+    # A function in Python, `module:function`, and its arguments.
     call: Annotated[tuple[Text | int | Finite, ...], msgspec.Meta(min_length=1)] | None = None
-    again: bool = False
-    answer: bool | None = None
-    say: Text | None = None
-    play: Text | None = None
-    topic: Annotated[str, msgspec.Meta(pattern=TOPIC_PATTERN)] | None = None
-    metres: Amount | None = None
-    degrees: Amount | None = None
+    again: bool = False  # whether the last command that moved the robot is repeated
+    answer: bool | None = None  # yes or no to what `confirm` asks
+    say: Text | None = None  # what the robot says, if the step takes effect
+    play: Text | None = None  # a sound that comes with voz, or a file
+    topic: Annotated[str, msgspec.Meta(pattern=TOPIC_PATTERN)] | None = None  # of `publish`
+    metres: Amount | None = None  # how far to `drive`
+    degrees: Amount | None = None  # how far to `rotate` or `turn`
+    # How long to move; how long a program or function may take.
     seconds: Seconds | str | None = None
+    # Whether it is asked first; or the question. Alone, the command is only for the robot's own
+    # code.
     confirm: bool | Text = False
 
     def __post_init__(self) -> None:

@@ -40,22 +40,16 @@ TYPED_HELP = "?"
 
 @dataclass(frozen=True)
 class CommandTable:
-    """What each command does.
+    """What each command does."""
 
-    Attributes:
-        sets: the steps of each command, by the state in which it works.
-        stops: the commands that do nothing but stop; they work always, in every state.
-        halts: the commands that leave the robot at rest: those, and what ends the listening.
-        starts: the commands that begin the listening.
-        places: where the user defined them.
-        examples: a sentence of each command of the list, by its name; None without a list.
-    """
-
+    # The steps of each command, by the state in which it works.
     sets: Mapping[str, Mapping[str, Steps]]
-    stops: frozenset[str]
+    stops: frozenset[str]  # the commands that do nothing but stop; they work always, in every state
+    # The commands that leave the robot at rest: those, and what ends the listening.
     halts: frozenset[str]
-    starts: frozenset[str]
-    places: Places = field(default_factory=dict)
+    starts: frozenset[str]  # the commands that begin the listening
+    places: Places = field(default_factory=dict)  # where the user defined them
+    # A sentence of each command of the list, by its name; None without a list.
     examples: Mapping[str, str] | None = None
 
     @cached_property

@@ -53,11 +53,7 @@ class SilenceCheck:
 
 
 class SoundWatch:
-    """Warns of a muted microphone, and of lost sound.
-
-    Attributes:
-        zeros: how long the microphone has given only zeros, s.
-    """
+    """Warns of a muted microphone, and of lost sound."""
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
         """Start a stream; warnings go into `inbox` with the time of `clock`, s."""
@@ -65,7 +61,7 @@ class SoundWatch:
         self._clock = clock
         self._blocks_lost = 0
         self._loss_told = -LOSS_WARNING_INTERVAL  # when
-        self.zeros = 0.0
+        self.zeros = 0.0  # how long the microphone has given only zeros, s
 
     def check(self, block: Samples, blocks_lost: int) -> float:
         """Check a block, and the number of lost blocks so far; returns its peak, 0 to 1."""

@@ -207,11 +207,7 @@ def decide(heard: Hypothesis, required: Requirement, context: Context) -> Decisi
 
 
 class DecisionRule:
-    """The thresholds of commands, which any thread may change.
-
-    Attributes:
-        answers: what else may be said just now.
-    """
+    """The thresholds of commands, which any thread may change."""
 
     def __init__(self, commands: Commands, model: Model, settings: Recognition) -> None:
         """Compute the thresholds of commands by a model and settings."""
@@ -220,7 +216,7 @@ class DecisionRule:
         self._never_missed = frozenset(settings.never_missed)
         self._name = settings.name
         self._asks = settings.ask != "never"
-        self.answers: tuple[str, ...] = ()
+        self.answers: tuple[str, ...] = ()  # what else may be said just now
         self.set_false_alarm_rate(settings)
 
     def set_false_alarm_rate(self, settings: Recognition) -> None:

@@ -86,16 +86,13 @@ class Mailbox:
     """Takes events without waiting, and delivers them to a robot that is open in a `with` block.
 
     A robot that raised is lost for good; it still gets zero velocities.
-
-    Attributes:
-        hangs: whether it did not take all events before the end.
     """
 
     def __init__(
         self, name: str, robot: Robot, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Prepare to hand events to a robot; the name is for messages, the clock gives s."""
-        self.hangs = False
+        self.hangs = False  # whether it did not take all events before the end
         self._clock = clock
         self._name = name
         self._robot = robot

@@ -25,11 +25,7 @@ RECOGNIZER_TIMEOUT = 0.35
 
 
 class RecognizerTopic:
-    """Puts what a recognizer publishes into an inbox, and watches the recognizer.
-
-    Attributes:
-        source: the topic, with its namespace.
-    """
+    """Puts what a recognizer publishes into an inbox, and watches the recognizer."""
 
     def __init__(
         self, topic: str, commands: Commands, inbox: Inbox, clock: Callable[[], float]
@@ -45,7 +41,7 @@ class RecognizerTopic:
         self._status = RecognizerStatus()
         self._status_at: float | None = None  # on the monotonic clock, s
         self._words = subscribe(topic, String, self._hear, tcp_nodelay=True)
-        self.source: str = self._words.resolved_name
+        self.source: str = self._words.resolved_name  # the topic, with its namespace
         self._state = subscribe(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
 
     def trouble(self, moving: bool) -> str | None:

@@ -94,11 +94,7 @@ SENDING_TIME = 0.2
 
 
 class Ros1Node:
-    """A ROS node for the length of a `with` block, one for each process.
-
-    Attributes:
-        name: its full name, with its namespace.
-    """
+    """A ROS node for the length of a `with` block, one for each process."""
 
     def __init__(self, name: str, arguments: Sequence[str] = ()) -> None:
         """Join ROS.
@@ -127,7 +123,7 @@ class Ros1Node:
         except (rospy.ROSException, ValueError, OSError) as error:
             reason = " ".join(str(error).split())
             raise RobotError(f"the ROS node {name} cannot be started ({reason})") from error
-        self.name: str = rospy.get_name()
+        self.name: str = rospy.get_name()  # its full name, with its namespace
         self._rospy = rospy
         self._problem: str | None = None
         self._ended = threading.Event()

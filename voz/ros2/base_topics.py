@@ -104,16 +104,12 @@ MAX_TAKEN = 100
 
 
 class Ros2OdometryPublisher:
-    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`.
-
-    Attributes:
-        odom: the writer of the first.
-    """
+    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
 
     def __init__(self, node: Ros2Node, base: str) -> None:
         """Offer the topics; `base` is the frame of the base."""
         self._base = base
-        self.odom = node.writer(ODOM, msg.Odometry)
+        self.odom = node.writer(ODOM, msg.Odometry)  # the writer of the first
         self._tf = node.writer("/tf", msg.TFMessage)
 
     def publish(self, state: WorldState) -> None:

@@ -51,38 +51,26 @@ class SpeechInput(Protocol):
 
 
 class Session:
-    """One run: `startup`, a `main_loop` with `on_beat` ten times a second, and `shutdown`.
+    """One run: `startup`, a `main_loop` with `on_beat` ten times a second, and `shutdown`."""
 
-    Attributes:
-        spec: what it consists of.
-        inbox: takes messages on any thread.
-        clock: the time, and what arrives; there once the robots are open.
-        controller: obeys.
-        receivers: called with every event, in order; none of them may wait for anything.
-        checks: called in each beat with its time, s.
-        show: prints a line where the robots print, on any thread.
-        view: the simulated room, for a terminal; None without one.
-        speaker: says the replies; None if the robot is silent.
-        recognizer: understands what is said; None without a microphone.
-        hearing: the microphone; None without one.
-        recorder: keeps what is heard; None without one.
-    """
-
-    clock: Clock
+    clock: Clock  # the time, and what arrives; there once the robots are open
 
     def __init__(self, spec: RunSpec) -> None:
         """Prepare a run with the robot at rest; nothing is opened yet."""
-        self.spec = spec
-        self.controller = spec.controller or _controller(spec)
-        self.inbox = spec.inbox or Inbox(self.table.halts)
+        self.spec = spec  # what it consists of
+        self.controller = spec.controller or _controller(spec)  # obeys
+        self.inbox = spec.inbox or Inbox(self.table.halts)  # takes messages on any thread
+        # Called with every event, in order; none of them may wait for anything.
         self.receivers = self.controller.receivers
-        self.checks: list[Check] = []
+        self.checks: list[Check] = []  # called in each beat with its time, s
+        # Prints a line where the robots print, on any thread.
         self.show: Callable[[str], None] = lambda _: None
-        self.view: RoomView | None = None
-        self.speaker: ReplySpeaker | None = None
+        self.view: RoomView | None = None  # the simulated room, for a terminal; None without one
+        self.speaker: ReplySpeaker | None = None  # says the replies; None if the robot is silent
+        # Understands what is said; None without a microphone.
         self.recognizer: RecognitionEngine | None = None
-        self.hearing: Hearing | None = None
-        self.recorder: SoundRecorder | None = None
+        self.hearing: Hearing | None = None  # the microphone; None without one
+        self.recorder: SoundRecorder | None = None  # keeps what is heard; None without one
         self._at_once = False
         self._problems: list[str] = []  # without a real clock they are reported at the end
 

@@ -24,13 +24,10 @@ class LiveTerminal(io.TextIOBase):
 
     Only the thread that draws prints: two threads would overwrite each other. Control sequences but
     those of colors are removed.
-
-    Attributes:
-        console: the terminal.
     """
 
     def __init__(self, console: Console) -> None:
-        self.console = console
+        self.console = console  # the terminal
         self._lines = FileProxy(console, console.file)
         self._waiting: deque[str] = deque(maxlen=MAX_WAITING_TEXTS)
         self._written = 0  # texts since the last print

@@ -36,15 +36,10 @@ Answer = TypeVar("Answer")
 
 
 class Run:
-    """A robot, its page and two who have opened that; nothing happens but what a test lets happen.
-
-    Attributes:
-        now: the time of the run, s.
-        pages: who has opened the page.
-    """
+    """A robot, its page and two who have opened it; nothing happens but what a test lets happen."""
 
     def __init__(self, browser_listens: bool = False) -> None:
-        self.now = 100.0
+        self.now = 100.0  # the time of the run, s
         self.events: list[Event] = []
         self.controller = voz.Controller([self.events.append], listening=True)
         self._inbox = Inbox({"stop", "stop speech"})
@@ -69,7 +64,7 @@ class Run:
         self.controller.receivers.append(self.registry.publish)
         self._loop = asyncio.new_event_loop()
         self._opened = [ExitStack(), ExitStack()]
-        self.pages = [self._enter(number) for number in (0, 1)]
+        self.pages = [self._enter(number) for number in (0, 1)]  # who has opened the page
 
     def _enter(self, number: int) -> OpenPage:
         return self._opened[number].enter_context(self.registry.registered("phone"))

@@ -212,15 +212,12 @@ class Recorder:
     """Writes recordings on a thread of its own, so that the disk delays nobody.
 
     A failure of the disk is reported once, and the run goes on. Use it in a `with` block.
-
-    Attributes:
-        folder: where the recordings go.
-        kept: what was written; whoever reads it removes it.
     """
 
     def __init__(self, folder: Path, gigabytes: float, warn: Callable[[str], None]) -> None:
         """Prepare to record, with a limit on the size of all recordings in the folder."""
-        self.folder = folder
+        self.folder = folder  # where the recordings go
+        # What was written; whoever reads it removes it.
         self.kept: deque[SavedRecording] = deque(maxlen=MOST_UNREAD_SAVED)
         self._said = f"what is said is recorded in {folder}"
         self._limit = gigabytes * BYTES_PER_GIGABYTE

@@ -91,17 +91,13 @@ class _Connection:
 
 
 class ConnectionGuard:
-    """The connections of one server. Event-loop thread only.
-
-    Attributes:
-        places: how many there may be.
-    """
+    """The connections of one server. Event-loop thread only."""
 
     def __init__(self, places: Places, now: Callable[[], float] = time.monotonic) -> None:
         """Begin with none; where few files may be open there are fewer places. `now` returns s."""
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
         unlimited = soft == resource.RLIM_INFINITY
-        self.places = places if unlimited else fitting(places, soft)
+        self.places = places if unlimited else fitting(places, soft)  # how many there may be
         self._now = now
         self._idle: dict[Peer, _Connection] = {}  # the one that is idle for longest first
         self._answered: dict[Peer, _Connection] = {}
@@ -184,16 +180,12 @@ def network_of(peer: Peer) -> str:
 
 
 class ListeningSocket(socket.socket):
-    """A listening socket whose connections a guard bounds. Event-loop thread only.
-
-    Attributes:
-        guard: may be that of several sockets.
-    """
+    """A listening socket whose connections a guard bounds. Event-loop thread only."""
 
     def __init__(self, guard: ConnectionGuard, *arguments: Any) -> None:
         """Make the socket, with the arguments of `socket.socket`."""
         super().__init__(*arguments)
-        self.guard = guard
+        self.guard = guard  # may be that of several sockets
         self._numbers = count(1)
 
     def accept(self) -> tuple[socket.socket, Any]:

@@ -39,14 +39,9 @@ NO_DRIVER = "no page drives any more"
 
 
 class LivePage:
-    """Serves the operator page of a live run.
+    """Serves the operator page of a live run."""
 
-    Attributes:
-        unwatched_source: of commands that are posted without a page.
-        driver_lock: knows which page drives, and whether it is there.
-    """
-
-    unwatched_source = PROGRAM_SOURCE
+    unwatched_source = PROGRAM_SOURCE  # of commands that are posted without a page
 
     def __init__(
         self,
@@ -73,7 +68,7 @@ class LivePage:
         self._microphone = BrowserMicrophone(self._warn) if browser_listens else None
         self._playback = PagePlayback()
         self._events = EventQueue()
-        self.driver_lock = DriverLock()
+        self.driver_lock = DriverLock()  # knows which page drives, and whether it is there
         self._now = now
 
     @property

@@ -53,22 +53,14 @@ MAX_RECENT_EVENTS = 6000
 
 
 class OpenPage:
-    """What is to be sent to one page: every record, and of the states only the newest.
-
-    Attributes:
-        number: of the page, one for each that was ever open.
-        secret: authorizes whoever knows it to drive as this page.
-        name: what people call it.
-        stops: how often it has asked for a stop, by its own count.
-        too_slow: whether more records waited than may.
-    """
+    """What is to be sent to one page: every record, and of the states only the newest."""
 
     def __init__(self, number: int, secret: str, name: str) -> None:
-        self.number = number
-        self.secret = secret
-        self.name = name
-        self.stops = 0
-        self.too_slow = False
+        self.number = number  # of the page, one for each that was ever open
+        self.secret = secret  # authorizes whoever knows it to drive as this page
+        self.name = name  # what people call it
+        self.stops = 0  # how often it has asked for a stop, by its own count
+        self.too_slow = False  # whether more records waited than may
         self._records: deque[str] = deque()
         self._state: str | None = None
         self._available = asyncio.Event()

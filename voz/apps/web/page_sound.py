@@ -317,13 +317,10 @@ class PagePlayback:
 
     Of a page's only the end is known, if it is no reply of the robot's. The server's thread calls
     `start`, the microphone's thread the others.
-
-    Attributes:
-        robot: the robot's own playback, if it has any.
     """
 
     def __init__(self) -> None:
-        self.robot: Playback | None = None
+        self.robot: Playback | None = None  # the robot's own playback, if it has any
         self._until = 0.0  # on the monotonic clock, s
         self._played: tuple[tuple[float, PageReply], ...] = ()  # with when they began, s
         self._is_reply = False  # what is played now

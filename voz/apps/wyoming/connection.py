@@ -62,14 +62,9 @@ class BoundedReader(asyncio.StreamReader):
 
 
 class Connection(AsyncEventHandler):
-    """Answers one client, event by event.
+    """Answers one client, event by event."""
 
-    Attributes:
-        max_bytes: of the data and the payload of one event.
-        peer: where the client is.
-    """
-
-    max_bytes: ClassVar[int]
+    max_bytes: ClassVar[int]  # of the data and the payload of one event
 
     def __init__(
         self, guard: ConnectionGuard, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
@@ -77,7 +72,7 @@ class Connection(AsyncEventHandler):
         super().__init__(BoundedReader(reader, self.max_bytes), writer)
         self._stream = reader
         self._guard = guard
-        self.peer: Peer = writer.get_extra_info("peername")[:2]
+        self.peer: Peer = writer.get_extra_info("peername")[:2]  # where the client is
 
     async def run(self) -> None:
         """Answer until the client goes, sends something invalid, or is closed by the guard."""

@@ -173,13 +173,9 @@ def _info(commands: Commands, language: str) -> Info:
 
 
 class RobotService:
-    """Lets Wyoming clients drive the robot of a run.
+    """Lets Wyoming clients drive the robot of a run."""
 
-    Attributes:
-        source: of the commands; who gives them does not watch the robot.
-    """
-
-    source = WYOMING_SOURCE
+    source = WYOMING_SOURCE  # of the commands; who gives them does not watch the robot
 
     def __init__(
         self,

@@ -18,17 +18,13 @@ Arcs = list[dict[str, int]]
 
 
 class Automaton:
-    """Sentences, each with a label.
-
-    Attributes:
-        arcs: for each state the next state by word; every sentence begins in the first.
-        labels: of the sentences that end in each state, or `NO_LABEL`.
-    """
+    """Sentences, each with a label."""
 
     def __init__(self, arcs: Arcs, labels: list[int]) -> None:
         """Take states without cycles, each of which leads to an end."""
+        # For each state the next state by word; every sentence begins in the first.
         self.arcs = arcs
-        self.labels = labels
+        self.labels = labels  # of the sentences that end in each state, or `NO_LABEL`
 
     @cached_property
     def counts(self) -> list[int]:

@@ -121,21 +121,15 @@ class Parse:
 
 
 class Commands(Collection[str]):
-    """All sentences of a language, however many, and what each means.
-
-    Attributes:
-        automaton: the sentences, labeled by places in `meanings`.
-        meanings: of each template, or of each sentence of a plain list.
-        language: in which typed numbers are said.
-    """
+    """All sentences of a language, however many, and what each means."""
 
     def __init__(
         self, automaton: Automaton, meanings: Sequence[Meaning], language: str = ENGLISH
     ) -> None:
         """Combine an automaton with the meanings of its labels."""
-        self.automaton = automaton
-        self.meanings = meanings
-        self.language = language
+        self.automaton = automaton  # the sentences, labeled by places in `meanings`
+        self.meanings = meanings  # of each template, or of each sentence of a plain list
+        self.language = language  # in which typed numbers are said
 
     def __len__(self) -> int:
         return self.automaton.count

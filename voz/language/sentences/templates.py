@@ -66,30 +66,22 @@ VOZ_ADVICE = Advice()
 
 @dataclass
 class TemplateSource:
-    """The contents of a file and of those that it imports.
+    """The contents of a file and of those that it imports."""
 
-    Attributes:
-        name: what messages call the file.
-        templates: in their order.
-        definitions: of rules and lists, by kind and name.
-        imports: names of other files, and where they are named.
-        lenient: whether what voz's own notation refuses is a warning, as the program that the file
-            is for takes it.
-        skipped: what may be said before and after every sentence.
-        warnings: what the user should know, one line each.
-        left_out: which sentences are left out and why, one line each.
-        advice: how something that is missing is written in this file.
-    """
-
-    name: str
-    templates: list[Template] = field(default_factory=list)
+    name: str  # what messages call the file
+    templates: list[Template] = field(default_factory=list)  # in their order
+    # Of rules and lists, by kind and name.
     definitions: dict[DefinitionKey, Definition] = field(default_factory=dict)
+    # Names of other files, and where they are named.
     imports: list[tuple[str, Location]] = field(default_factory=list)
+    # Whether what voz's own notation refuses is a warning, as the program that the file is for
+    # takes it.
     lenient: bool = False
-    skipped: Expression | None = None
-    warnings: list[str] = field(default_factory=list)
+    skipped: Expression | None = None  # what may be said before and after every sentence
+    warnings: list[str] = field(default_factory=list)  # what the user should know, one line each
+    # Which sentences are left out and why, one line each.
     left_out: list[str] = field(default_factory=list)
-    advice: Advice = VOZ_ADVICE
+    advice: Advice = VOZ_ADVICE  # how something that is missing is written in this file
 
     def define(
         self,

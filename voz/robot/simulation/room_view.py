@@ -142,15 +142,11 @@ FREE_LINES = 2
 
 
 class RoomView:
-    """Draws where a simulated robot is now, and its way so far.
-
-    Attributes:
-        settings: the room.
-    """
+    """Draws where a simulated robot is now, and its way so far."""
 
     def __init__(self, robot: SimulatedRobot, settings: Simulator) -> None:
         """Begin with an empty way; the settings are those of the robot."""
-        self.settings = settings
+        self.settings = settings  # the room
         self._robot = robot
         self._behind = 0.0  # from the events' time to the clock's, s
         self._way: deque[WorldState] = deque(maxlen=MAX_DRAWN_STATES)

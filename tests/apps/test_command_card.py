@@ -7,11 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from voz.apps.command_card import card_lines, card_page, command_card, describe_steps
+from voz.apps.command_card import (
+    Pattern,
+    card_lines,
+    card_page,
+    command_card,
+    describe_steps,
+    read_patterns,
+)
 from voz.config import Config, default_commands, load_config
 from voz.control.steps import Step
 from voz.control.table import command_table
-from voz.language.patterns import Pattern, read_patterns
 
 LIST = """\
 start speech

@@ -30,10 +30,9 @@ def commands(
     """
     from importlib.resources import files
 
-    from voz.apps.command_card import card_lines, card_page, command_card
+    from voz.apps.command_card import card_lines, card_page, command_card, read_patterns
     from voz.files import shown_path
     from voz.language.language_files import list_sources, read_commands
-    from voz.language.patterns import read_patterns
     from voz.run.command_check import matched_settings
 
     settings = options.settings()

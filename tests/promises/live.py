@@ -186,8 +186,9 @@ class Live:
     def _service(self, session: Session, page_drives: Callable[[], bool]) -> Service:
         commands = recognizer_for(self.given.name, self.given.ask).commands
         self.service = Service(
-            "unix:///", lambda: commands, "en", session.inbox, session.clock, page_drives
-        )
+            "unix:///", lambda: commands, "en", session.inbox, session.clock,
+            page_drives=page_drives,
+        )  # fmt: skip
         return self.service
 
     @contextmanager

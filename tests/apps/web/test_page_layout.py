@@ -72,6 +72,16 @@ def in_sight(page: Page) -> None:
     expect(page.locator("#commands button").first).to_be_in_viewport(ratio=1)
 
 
+def see_the_last_command_beside_the_robot(page: Page) -> None:
+    """Scroll to the end of the list: the robot stays in sight."""
+    page.evaluate("document.querySelector('main').scrollTop = 0")
+    last = page.locator("#commands button").last
+    last.scroll_into_view_if_needed()
+    expect(last).to_be_in_viewport(ratio=0.95)  # it may end between two pixels
+    expect(page.locator("#room")).to_be_in_viewport(ratio=1)
+    page.evaluate("document.querySelector('.orders').scrollTop = 0")
+
+
 def test_nothing_is_cut_or_covered_and_the_robot_and_commands_are_in_sight(page: Page) -> None:
     for scene in scenes(page):
         for screen in on_each_screen(page):
@@ -80,6 +90,8 @@ def test_nothing_is_cut_or_covered_and_the_robot_and_commands_are_in_sight(page:
                 in_sight(page)
         if scene == "first":  # no button is enabled, and what scrolls can be reached by keys
             assert barriers(page) == []
+    for _ in on_each_screen(page):
+        see_the_last_command_beside_the_robot(page)
     language = page.locator("html").get_attribute("lang") or ""
     said = [(place, text(each, language)) for place, texts in SAID.items() for each in texts]
     for screen in on_each_screen(page):

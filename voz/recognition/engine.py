@@ -61,7 +61,12 @@ class RecognitionEngine(PublicNames):
         settings: Recognition,
         profile: Profile | None = None,
     ) -> None:
-        """Load the models, with the profile of a speaker and a microphone.
+        """Load the models.
+
+        Args:
+            language: the language files.
+            settings: which search, which thresholds, and how early to decide.
+            profile: of the speaker and the microphone.
 
         Raises:
             LanguageError: the language files cannot be used.
@@ -94,7 +99,11 @@ class RecognitionEngine(PublicNames):
     def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
         """Read the language files again, for the streams that begin from now on.
 
-        The old commands stay if `check` raises for the new ones, or with LanguageError.
+        Args:
+            check: called with the new commands; if it raises, the old ones stay.
+
+        Raises:
+            LanguageError: the files cannot be used; the old commands stay.
         """
         check_callable(check, "check")
         renewed = self._load()

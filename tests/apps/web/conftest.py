@@ -52,6 +52,13 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
 
 
 @pytest.fixture
+def robot(one_run: PageRobot) -> PageRobot:
+    """The run of a module, with the robot at rest at the beginning of each test."""
+    one_run.api.post("/api/stop").raise_for_status()
+    return one_run
+
+
+@pytest.fixture
 def page(robot: PageRobot, context: BrowserContext) -> Page:
     """A page that drives the robot of a module."""
     page = opened(context, robot.link)

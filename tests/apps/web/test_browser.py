@@ -38,12 +38,6 @@ def one_run(no_sound_card: dict[str, str], own_list: Path) -> Iterator[PageRobot
         yield robot
 
 
-@pytest.fixture
-def robot(one_run: PageRobot) -> PageRobot:
-    one_run.api.post("/api/stop").raise_for_status()
-    return one_run
-
-
 def shown_at(page: Page) -> float:
     """Where the picture shows the robot, along x, m."""
     transform = page.locator("#robot").evaluate("robot => robot.style.transform")

@@ -23,13 +23,6 @@ def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
         yield robot
 
 
-@pytest.fixture
-def robot(one_run: PageRobot) -> PageRobot:
-    """The same run for all tests, with the robot at rest at the beginning of each."""
-    one_run.api.post("/api/stop").raise_for_status()
-    return one_run
-
-
 @pytest.mark.realtime
 def test_a_command_is_answered_and_the_robot_stops_when_the_block_ends(robot: PageRobot) -> None:
     since = robot.since

@@ -39,13 +39,6 @@ def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
         yield robot
 
 
-@pytest.fixture
-def robot(one_run: PageRobot) -> PageRobot:
-    """The same run for all tests, with the robot at rest at the beginning of each."""
-    one_run.api.post("/api/stop").raise_for_status()
-    return one_run
-
-
 @pytest.fixture(scope="module")
 def forward() -> np.ndarray:
     """Somebody says "go forward" in a quiet room."""

@@ -18,7 +18,7 @@ from cyclonedds.qos import Policy
 from programs import PATIENCE, Program, wait_until
 
 from voz.apps.doctor.base_stop_check import MeasuredMotion
-from voz.apps.doctor.ros2_base import Ros2Base
+from voz.apps.doctor.ros2_checks import Ros2Base
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2

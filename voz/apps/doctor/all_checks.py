@@ -130,7 +130,7 @@ def check_ros2(settings: Ros2) -> Iterator[Finding]:
     """Check ROS 2, for a robot that is driven by it."""
     try:
         import voz.ros2  # noqa: F401, it says what to do where cyclonedds is missing
-        from voz.apps.doctor.ros2_base import check_subscribers
+        from voz.apps.doctor.ros2_checks import check_subscribers
 
         yield from check_subscribers(settings)
     except VozError as error:
@@ -141,7 +141,7 @@ def check_ros2(settings: Ros2) -> Iterator[Finding]:
 def open_ros2_base(settings: Ros2, odometry: str) -> Iterator[Base]:
     """Open the base for a `with` block; raises VozError if the domain cannot be joined."""
     import voz.ros2  # noqa: F401, as above
-    from voz.apps.doctor.ros2_base import Ros2Base
+    from voz.apps.doctor.ros2_checks import Ros2Base
 
     yield Ros2Base(settings, odometry, time.monotonic)
 

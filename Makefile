@@ -1,7 +1,7 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
-.PHONY: benchmark clean lowest
+.PHONY: benchmark clean lowest hour
 
 # One process waits for most of its time: of the tests that need real seconds.
 SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 1))
@@ -76,6 +76,9 @@ lowest: ## Run the quick tests with the lowest versions of packages that pyproje
 		--only-binary :all: --no-binary voz-robot --editable ".[dev]"
 	.venv-lowest/bin/python -m pytest -q -W default -m "not slow and not realtime" tests/control $(PURE) \
 		--deselect tests/audio/test_levels.py::test_to_understand_a_recording_loads_neither_masked_arrays_nor_openssl
+
+hour: ## Type what README and the lesson show in a fresh clone, and time each step
+	python3 tools/first_hour.py
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests

@@ -4,6 +4,7 @@
 #   sudo sh tools/try_systems.sh                  Debian 12, Debian 13 and Ubuntu 24.04
 #   sudo sh tools/try_systems.sh trixie           Debian 13 alone
 #   sudo TARGETS=demo sh tools/try_systems.sh     `make demo` alone
+#   sudo TARGETS=hour sh tools/try_systems.sh     the first hour of README and lesson, timed by step
 #
 # It needs debootstrap, for Ubuntu its ubuntu-archive-keyring too, 6 GB of disk a system, and half an hour. The
 # last commit is tried. What this computer tells pip of mirrors and certificates holds there, too.
@@ -48,10 +49,13 @@ for suite in ${*:-bookworm trixie noble}; do
     echo "== $suite"
     prepare "$suite" || { failed="$failed $suite"; continue; }
     for target in ${TARGETS:-demo test}; do
+        # What types the hour is a program of Python's.
+        [ "$target" != hour ] || chroot "$folder/$suite" apt-get install -y -qq python3 >/dev/null 2>&1
         begun=$(date +%s)
         if chroot "$folder/$suite" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin \
             LANG=C.UTF-8 ${PIP_CERT:+PIP_CERT="$PIP_CERT"} make -C /root/voz "$target" >"$folder/$suite.$target" 2>&1; then
             echo "$suite: make $target: $(($(date +%s) - begun)) s"
+            [ "$target" != hour ] || grep "^|" "$folder/$suite.$target"
         else
             tail -n 40 "$folder/$suite.$target"
             echo "$suite: make $target failed after $(($(date +%s) - begun)) s"

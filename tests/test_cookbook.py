@@ -125,21 +125,38 @@ def test_a_gamepad_drives_beside_the_voice(pulse: dict[str, str], tmp_path: Path
 
 
 @pytest.mark.realtime
-def test_a_headset_is_found_by_a_part_of_its_name(
+def test_a_headset_is_found_by_a_part_of_its_name_and_one_that_is_gone_stops_the_robot(
     own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]], tmp_path: Path
 ) -> None:
     environment, _ = own_pulse
-    load = ["pactl", "load-module", "module-remap-source", "master=mic.monitor"]
-    load += ["source_name=bluez_input.AA_BB_CC_DD_EE_FF"]
-    subprocess.run(load, env=environment, check=True, stdout=subprocess.DEVNULL)
+
+    def pactl(call: str) -> str:
+        return subprocess.check_output(["pactl", *call.split()], env=environment, text=True)
+
+    connect = (
+        "load-module module-remap-source master=mic.monitor "
+        "source_name=bluez_input.AA_BB_CC_DD_EE_FF"
+    )
+    headset = pactl(connect)
     lines = recipe("A Bluetooth headset").blocks("")[0].splitlines()
     (options,) = [line.removeprefix("voz run ") for line in lines if line.startswith("voz run ")]
     soundfile.write(tmp_path / "said.wav", phrase("festival_slt", "go forward"), SAMPLE_RATE)
+
+    def is_obeyed() -> bool:
+        said = len(robot.commands())
+        speak(environment, tmp_path / "said.wav")
+        return "go forward" in robot.commands()[said:]
+
     with live_robot(environment, *options.split(), "--listening") as robot:
-        wait_until(
-            lambda: speak(environment, tmp_path / "said.wav") or "go forward" in robot.commands()
-        )
-    assert "bluez_input" in robot.words
+        wait_until(is_obeyed)
+        assert "bluez_input" in robot.words
+        since = len(robot.arrived)
+        pactl(f"unload-module {headset}")
+        robot.wait_for(lambda event: event["type"] == "warning", since)
+        robot.wait_for(lambda event: event["type"] == "cmd_vel" and not event["linear"], since)
+        assert "the microphone is gone" in robot.warnings(since)[0]
+        pactl(connect)
+        wait_until(is_obeyed)
 
 
 def said_to_two(folder: Path) -> Path:

@@ -6,6 +6,7 @@ import os
 import queue
 import re
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -29,6 +30,9 @@ SOURCE_VARIABLE = "PULSE_SOURCE"
 
 ONLY_SILENCE = "the microphone gives only silence"
 """What is wrong with a muted one."""
+
+SOURCE_REMOVED = b"'remove' on source #"
+"""What `pactl subscribe` prints when a source is gone."""
 
 PACTL_TIMEOUT = 2.0
 """Time for the server to answer, s; one that hangs never does."""
@@ -264,6 +268,34 @@ class Microphone:
 
 
 @contextmanager
+def ends_with_its_source(microphone: Microphone, source: str | None) -> Iterator[None]:
+    """End a microphone in a `with` block when its source is gone; None is no source.
+
+    A sound server would go on with another one, which may be far from who speaks.
+    """
+    if source is None:
+        yield
+        return
+    call = ["pactl", "subscribe"]
+    own = os.environ | {"LC_ALL": "C"}
+    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
+    with subprocess.Popen(call, env=own, stdin=nothing, stdout=pipe, stderr=nothing) as events:
+
+        def watch() -> None:
+            for line in events.stdout or ():
+                if SOURCE_REMOVED in line and source not in [each.name for each in list_sources()]:
+                    microphone.ended()
+
+        watching = threading.Thread(target=watch, name="voz-source", daemon=True)
+        watching.start()
+        try:
+            yield
+        finally:
+            events.kill()
+            watching.join()
+
+
+@contextmanager
 def open_microphone(device: str | None = None) -> Iterator[Microphone]:
     """Open a microphone for a `with` block: a number, or a part of a name; None is the default.
 
@@ -274,9 +306,11 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
     chosen = choose_microphone(device)
     settings = _settings(sounddevice, chosen)
     microphone = Microphone(chosen.name, settings.rate, settings.channels)
+    source = chosen.name if chosen.is_source else None
     try:
         with (
-            pulse_source_selected(chosen.name if chosen.is_source else None),
+            ends_with_its_source(microphone, source),
+            pulse_source_selected(source),
             open_stream(
                 "RawInputStream",
                 samplerate=settings.rate,

@@ -6,6 +6,8 @@ that no network is between them, and name the topic that the base listens to:
 
     ./base_watchdog_ros2.py --ros-args -r base_cmd_vel:=/base/cmd_vel
 
+It passes Twist, or with `-p stamped:=true` behind `--ros-args` TwistStamped.
+
 It is no safety function: if this program, its computer or the cable to the base fails, nothing
 stops the base but a switch that cuts its power.
 """
@@ -15,7 +17,7 @@ import sys
 import time
 
 import rclpy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -33,12 +35,14 @@ class Watchdog(Node):
     def __init__(self) -> None:
         super().__init__("base_watchdog")
         self.came = time.monotonic()
-        self.base = self.create_publisher(Twist, "base_cmd_vel", 1)
-        self.create_subscription(Twist, "cmd_vel", self.pass_on, 1)
+        self.stamped = self.declare_parameter("stamped", False).value
+        kind = TwistStamped if self.stamped else Twist
+        self.base = self.create_publisher(kind, "base_cmd_vel", 1)
+        self.create_subscription(kind, "cmd_vel", self.pass_on, 1)
         # Not the clock of ROS: a simulation may stop that.
         self.create_timer(PAUSE, self.watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def pass_on(self, velocity: Twist) -> None:
+    def pass_on(self, velocity: Twist | TwistStamped) -> None:
         """Give the base a velocity that came."""
         self.came = time.monotonic()
         self.base.publish(velocity)
@@ -46,12 +50,19 @@ class Watchdog(Node):
     def watch(self) -> None:
         """Give the base zero for as long as none comes."""
         if time.monotonic() - self.came > PATIENCE:
-            self.base.publish(Twist())
+            self.publish_zero()
 
     def stop(self) -> None:
         """Give the base zero, and time for it to arrive."""
-        self.base.publish(Twist())
+        self.publish_zero()
         time.sleep(PAUSE)
+
+    def publish_zero(self) -> None:
+        """Give the base zero."""
+        zero = TwistStamped() if self.stamped else Twist()
+        if self.stamped:
+            zero.header.stamp = self.get_clock().now().to_msg()
+        self.base.publish(zero)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from programs import Program, wait_until
 from recordings import ROOT
 from ros2.conftest import RCLPY
 
-from voz.ros2.message_types import TwistMessage, Vector3
+from voz.ros2.message_types import TwistMessage, TwistStamped, Vector3
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
@@ -72,15 +72,23 @@ def test_the_last_it_sends_is_zero(number: int, watchdog: Program) -> None:
     base.stands()
 
 
+@pytest.mark.parametrize("stamped", [False, True])
 def test_the_recipe_of_the_turtlebot_puts_it_between_voz_and_the_base(
-    domain: int, tmp_path: Path
+    stamped: bool, domain: int, tmp_path: Path
 ) -> None:
     page = recipe("A TurtleBot with ROS 2")
     (line,) = (line for line in page.blocks("")[1].splitlines() if "watchdog" in line)
     _, script, *names = shlex.split(line)
-    (tmp_path / "voz.toml").write_text(page.blocks("toml")[1])
-    wheels = Ros2Node(Ros2()).reader("cmd_vel", TwistMessage)
+    names += ["-p", "stamped:=true"] if stamped else []
+    settings = page.blocks("toml")[1] + f"stamped = {str(stamped).lower()}\n"
+    (tmp_path / "voz.toml").write_text(settings)
+    wheels = Ros2Node(Ros2()).reader("cmd_vel", TwistStamped if stamped else TwistMessage)
     options = "run --robot ros2 --text - --events - --listening --no-sound --no-watchdog --config"
+
+    def heard() -> list[float]:
+        twists = [message.twist if stamped else message for message in wheels.take(100)]
+        return [twist.linear.x for twist in twists]
+
     with ExitStack() as stack:
         watchdog = Program([str(RCLPY), str(ROOT / "examples" / script), *names])
         stack.callback(watchdog.close)
@@ -90,8 +98,8 @@ def test_the_recipe_of_the_turtlebot_puts_it_between_voz_and_the_base(
         def drives() -> bool:
             robot.say("go forward")
             time.sleep(0.1)
-            return 0.1 in [message.linear.x for message in wheels.take(100)]
+            return 0.1 in heard()
 
         wait_until(drives)
         robot.end(signal.SIGKILL)
-        wait_until(lambda: [message.linear.x for message in wheels.take(100)][-1:] == [0.0])
+        wait_until(lambda: heard()[-1:] == [0.0])

@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import partial
 from threading import Thread
 
 import pytest
@@ -117,35 +116,6 @@ def test_whatever_ends_the_utterances_stops_the_robot_and_is_raised(
     assert robot.velocities[-1] == (0.0, 0.0)
 
 
-def test_what_is_no_utterance_is_one_line_and_stops_the_robot() -> None:
-    robot = Wheels()
-    with (
-        voz.Controller(robot, listening=True) as controller,
-        pytest.raises(voz.ConfigError, match="heard"),
-    ):
-        controller.run([*said("go forward"), "stop"])  # type: ignore[list-item]
-    assert robot.velocities[-1] == (0.0, 0.0)
-
-
-def breaks(event: object) -> None:
-    """A receiver that prints into a pipe that nobody reads."""
-    raise BrokenPipeError
-
-
-def test_a_receiver_that_raises_keeps_nothing_from_those_behind_it() -> None:
-    events: list[object] = []
-    raises = partial(pytest.raises, BrokenPipeError)
-    with raises(), voz.Controller([breaks, events.append], listening=True) as controller:
-        for text, linear in (("go forward", 0.1), ("stop", 0.0), ("go back", -0.1)):
-            with raises():
-                controller.hear(next(said(text)))
-            assert controller.velocities == (linear, 0)
-            with raises():
-                controller.send(0.2)
-            assert events[-1] == voz.Twist(0.2, linear, 0.0)
-    assert events[-1] == voz.Twist(0.2, 0.0, 0.0)
-
-
 def fail_while_moving(controller: voz.Controller) -> None:
     controller.hear(next(said("go forward")))
     controller.send(0.1)
@@ -159,20 +129,6 @@ def test_an_error_in_the_block_stops_the_robot() -> None:
         voz.Controller(robot, listening=True) as controller,
     ):
         fail_while_moving(controller)
-    assert robot.velocities[-1] == (0.0, 0.0)
-
-
-def test_a_mistake_in_the_place_of_a_robot_stops_it_and_is_named() -> None:
-    class Lost(Wheels):
-        def place(self, t: float) -> tuple[float, float, float] | None:
-            raise ValueError("no odometry")
-
-    robot = Lost()
-    with (
-        voz.Controller(robot, listening=True) as controller,
-        pytest.raises(voz.RobotMistake, match="no odometry"),
-    ):
-        controller.run(said("go forward"))
     assert robot.velocities[-1] == (0.0, 0.0)
 
 

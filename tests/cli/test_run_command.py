@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import subprocess
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ import numpy as np
 import pytest
 import soundfile
 from calls import HANGS, VOZ, Result, in_process
-from live_robot import signals_as_a_terminal_has_them
 from recordings import GO_BACK, ROOT, Recording
 from synthesis import phrase, with_floor
 
@@ -34,31 +32,12 @@ def test_run_writes_the_same_events_each_time(voz: Any, session: Recording, tmp_
     assert (last["type"], last["linear"], last["angular"]) == ("cmd_vel", 0, 0)
 
 
-def test_a_robot_with_a_name_obeys_only_what_stops_where_nobody_said_it(
-    voz: Any, session: Recording
-) -> None:
-    given = ("--name", "Max", "--listening", "--no-sound", "--events", "-")
-    result = voz("run", "--wav", session.path, *given)
-    heard = [event for event in result.json if event["type"] == "utterance"]
-    assert {event["text"] for event in heard if event["obeyed"]} == {"stop"}
-    assert {event["ignored"] for event in heard if not event["obeyed"]} == {"asleep"}
-    assert not any(event["linear"] for event in result.json if event["type"] == "cmd_vel")
-    assert [event["awake"] for event in result.json if event["type"] == "attention"] == [False]
-    assert 'better is "hey max"' in result.err
-
-
 def test_events_on_standard_output_are_nothing_else(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\ngo forward\n-\nstop\n")
     result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")
     moves = [event["linear"] for event in result.json if event["type"] == "cmd_vel"]
     assert moves == [0, 0.1, 0.1, 0, 0]
     assert "drives forward at 0.10 m/s" in result.err
-
-
-def test_typed_text_is_read_from_standard_input() -> None:
-    result = in_process("run", "--text", "-", "--no-sound", input="start speech\ngo back\n")
-    assert result.code == 0
-    assert "drives back at 0.10 m/s" in result.out
 
 
 @pytest.mark.parametrize(
@@ -207,35 +186,6 @@ def test_without_festival_there_is_one_warning_and_everything_else_works(tmp_pat
     (warning,) = [event["text"] for event in result.json if event["type"] == "warning"]
     assert "sudo apt-get install festival" in warning
     assert [e["linear"] for e in result.json if e["type"] == "cmd_vel"] == [0, 0, 0, -0.1, 0]
-
-
-@pytest.mark.parametrize(
-    ("number", "code"),
-    [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130), (signal.SIGQUIT, 131)],
-)
-def test_s7_a_signal_ends_with_zero_velocity(number: int, code: int) -> None:
-    with subprocess.Popen(
-        [*VOZ, "run", "--text", "-", "--events", "-", "--no-sound"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=signals_as_a_terminal_has_them,
-    ) as process:
-        deadline = threading.Timer(HANGS, process.kill)
-        deadline.start()
-        assert process.stdin
-        assert process.stdout
-        assert process.stderr
-        process.stdin.write("start speech\ngo forward\n")
-        process.stdin.flush()
-        assert any('"linear":0.1' in line for line in iter(process.stdout.readline, ""))
-        process.send_signal(number)
-        *_, last = process.stdout.read().splitlines()
-        assert "Traceback" not in process.stderr.read()
-        deadline.cancel()
-    assert process.returncode == code
-    assert json.loads(last)["linear"] == 0
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:

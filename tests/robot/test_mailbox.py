@@ -16,8 +16,6 @@ from types import FrameType, FunctionType
 from typing import Any, TypeAlias
 
 import pytest
-from calls import in_process
-from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from programs import PATIENCE, wait_until
@@ -110,15 +108,6 @@ def test_a_velocity_follows_the_command_that_causes_it() -> None:
     assert order(box) == ["1", "2", "3: 0.1", "4"]
 
 
-@pytest.mark.parametrize("driving", [[], [Twist(1, 0.1, 0)]])
-def test_a_zero_overtakes_all(driving: list[Event]) -> None:
-    box = EventBox()
-    for event in (Reply(0, ""), *driving, *(Reply(2, "") for _ in range(2))):
-        box.put(event)
-    box.put(Twist(3, 0, 0))
-    assert order(box) == ["3: 0", "0", "2", "2"]
-
-
 @pytest.mark.parametrize("linear", [0.0, 0.1])
 def test_a_robot_that_takes_longer_than_a_beat_gets_its_commands(linear: float) -> None:
     box = EventBox()
@@ -129,15 +118,6 @@ def test_a_robot_that_takes_longer_than_a_beat_gets_its_commands(linear: float) 
         box.put(Twist(number, linear, 0))
         taken.append(box.take())
     assert [e.t for e in taken if isinstance(e, Reply)] == [*range(3 * EVENTS_BEFORE_VELOCITY)]
-
-
-@given(st.lists(st.sampled_from(["velocity", "other"]), max_size=200))
-def test_a_velocity_waits_for_no_more_than_one_command(kinds: list[str]) -> None:
-    box = EventBox()
-    for number, kind in enumerate(kinds):
-        box.put(Twist(number, 0, 0) if kind == "velocity" else Reply(number, ""))
-    taken = [box.take() for _ in range(EVENTS_BEFORE_VELOCITY + 1)]
-    assert any(isinstance(event, Twist) for event in taken) == ("velocity" in kinds)
 
 
 class Clock:
@@ -246,18 +226,6 @@ def test_a_robot_that_blocks_is_lost_and_gets_the_newest_velocity_when_it_is_fre
         until(lambda: len(robot.got) == 2)
         assert [event.t for event in robot.got] == [0, 999]
         until(lambda: not box.lost())
-
-
-def test_a_robot_that_is_slow_gets_zero_as_soon_as_it_takes_anything(clock: Clock) -> None:
-    with Blocking() as robot, Mailbox("slow", robot, clock) as box:
-        block_with_velocity(robot, box, clock)
-        for number in range(1, EVENTS_BEFORE_VELOCITY + 1):
-            box.receive(Reply(number, ""))
-        for number in range(10, 20):
-            box.receive(Twist(number, 0, 0))
-        robot.free.set()
-        until(lambda: len(robot.got) == EVENTS_BEFORE_VELOCITY + 2)
-    assert [event.t for event in robot.got] == [0, 19, 1, 2, 3, 4]
 
 
 def test_a_robot_that_takes_nothing_has_only_so_much_waiting(clock: Clock) -> None:
@@ -451,7 +419,7 @@ def test_what_a_robot_says_of_its_loss_is_one_line() -> None:
 MODULE = """
 import time
 from pathlib import Path
-from voz.events import SelectedObject, Reply, Twist, Utterance
+from voz.events import SelectedObject, Reply, Twist
 from voz.robot.base import Robot
 
 class Arm(Robot):
@@ -468,9 +436,6 @@ class Arm(Robot):
             self.log.write(f"has {event.value}\\n")
         elif isinstance(event, Reply):
             raise OSError(event.text)
-        elif isinstance(event, Utterance):
-            self.log.write(f"{event.text} works\\n")
-            time.sleep(3)
     def close(self):
         self.log.write("closed\\n")
         self.log.close()
@@ -589,14 +554,3 @@ def test_too_much_work_loses_it_until_some_is_done() -> None:
         Path("done").touch()
         wait_until(lambda: got().count("has 1") >= MAX_MAILBOX_EVENTS)
         wait_until(lambda: drive(box, 0.0) or box.lost() is None)
-
-
-@pytest.mark.realtime
-def test_a_run_drives_and_stops_a_robot_that_sleeps_at_each_command(tmp_path: Path) -> None:
-    typed = tmp_path / "typed.txt"
-    typed.write_text("start speech\ngo forward\n" + "-\n" * 10 + "stop\n" + "-\n" * 5)
-    result = in_process("run", "--text", typed, "--no-sound", "--robot", "arms:Arm", cwd=tmp_path)
-    assert result.code == 0
-    assert "start speech works" in got()
-    assert "0.1" in got()
-    assert got()[-2:] == ["0.0", "closed"]

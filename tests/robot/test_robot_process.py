@@ -140,18 +140,6 @@ def test_what_opening_raises_is_one_line_with_its_place() -> None:
         process("Shut").__enter__()
 
 
-@pytest.mark.realtime
-@pytest.mark.parametrize("fault", ["raise SystemExit", "raise KeyboardInterrupt", "1 / 0"])
-def test_what_it_raises_is_an_error_and_it_can_still_be_stopped(fault: str) -> None:
-    with process() as (robot, _):
-        robot.receive(AHEAD)
-        with pytest.raises(RobotError):
-            robot.receive(Reply(1, fault))
-        robot.receive(REST)
-        robot.close()
-    assert velocities() == [0.1, 0.0]
-
-
 def test_whether_it_is_lost_comes_with_each_event() -> None:
     with process() as (robot, _):
         robot.receive(Reply(1, "self.gone = 'no answer'"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import signal
 import time
 from pathlib import Path
@@ -63,16 +62,6 @@ def test_each_command_does_what_the_readme_says(ros: Ros) -> None:
     eventually(lambda: client.of("/selected_object") == [{"data": n} for n in (1, 2, 100)])
     types = {(message["topic"], message["type"]) for message in client.messages}
     assert types == {("/cmd_vel", "geometry_msgs/Twist"), ("/selected_object", "std_msgs/Int16")}
-
-
-def test_nothing_is_obeyed_before_start_speech_and_case_does_not_matter(ros: Ros) -> None:
-    node, client = driving(ros, "_listening:=false")
-    client.say("go forward")
-    node.wait_for('ignored "go forward" (1.00), not obeyed: say "start speech" first')
-    client.say("START  SPEECH")
-    client.say("Go Back")
-    client.wait_for_velocity(-0.1, 0)
-    assert set(client.velocities()) == {(0, 0), (-0.1, 0)}
 
 
 def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
@@ -137,19 +126,6 @@ def test_sounds_are_asked_for_on_robotsound_too(ros: Ros, tmp_path: Path) -> Non
     eventually(lambda: len(client.of("/robotsound")) == 2)
     asked = [(m["sound"], m["command"], m["arg"]) for m in client.of("/robotsound")]
     assert asked == [(-2, 1, f"{tmp_path}/ding.wav"), (1, 1, "")]
-
-
-def test_without_festival_there_is_a_warning_and_the_robot_obeys(ros: Ros, tmp_path: Path) -> None:
-    (tmp_path / "python3").symlink_to(shutil.which("python3", path="/usr/bin"))
-    for tool in ("sh", "dirname", "readlink"):
-        (tmp_path / tool).symlink_to(shutil.which(tool))
-    node = ros.node("control_voz", env={"PATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)})
-    client = ros.client("/cmd_vel")
-    connect(client, node)
-    client.say("start speech")
-    node.wait_for("sudo apt-get install festival")
-    client.say("go back")
-    client.wait_for_velocity(-0.1, 0)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

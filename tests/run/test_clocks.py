@@ -220,25 +220,6 @@ def test_a_run_that_ends_before_its_source_leaves_no_thread(
     wait_until(lambda: not begun())
 
 
-def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
-    events: list[Event] = []
-    moved = 0
-
-    def lost() -> str | None:
-        nonlocal moved
-        moved += any(isinstance(event, Twist) and event.linear for event in events)
-        return "the robot x is lost (gone)" if 2 <= moved < 4 else None
-
-    lines = ["start speech", "go forward", *"------"]
-    type_lines(lines, events.append, paced=True, x=lost)
-    kept = [event for event in events if isinstance(event, Twist | Notice)]
-    spells = [list(spell) for _, spell in itertools.groupby(kept, type)]
-    assert [e.linear for e in spells[0]] == [0, 0.1, 0.1]
-    assert [e.text for e in spells[1]] == ["the robot x is lost (gone): the robot stops"]
-    assert [e.text for e in spells[3]] == ["x is there; the robot waits for a command"]
-    assert not any(e.linear for e in [*spells[2], *spells[4]])
-
-
 def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(own_time: OwnTime) -> None:
     run = Clocked(own_time)
     paused = False

@@ -12,7 +12,6 @@ from functools import partial
 import pytest
 from programs import PATIENCE
 
-import voz
 from voz.config import Config, default_commands
 from voz.control.controller import ControllerState, Rules
 from voz.control.messages import Beat, ControllerMessage, End, Halt, StopMotion
@@ -82,14 +81,6 @@ def test_a_run_lasts_no_longer_than_a_time_can_be_written() -> None:
     assert events == [Twist(1e12, 0, 0)]
     with pytest.raises(ConfigError, match="the time of the run is 11"):
         controller.take(Beat(), 1.1e12)
-
-
-@pytest.mark.parametrize(
-    "arguments", [("safe",), (Safety(), 1), (Safety(), True, {"stop": Step(stop=True)})]
-)
-def test_what_is_no_setting_is_refused(arguments: tuple[object, ...]) -> None:
-    with pytest.raises(ConfigError, match="Expected"):
-        voz.Controller([], *arguments)  # type: ignore[arg-type]
 
 
 def test_what_one_receiver_raises_keeps_nothing_from_the_others_and_is_raised_then() -> None:

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 from voz.config import default_commands
 from voz.control.controller import ControllerState, Rules
-from voz.control.messages import End, Halt, Message, Rehearsal
+from voz.control.messages import End, Halt, Message
 from voz.control.state_machine import State
 from voz.events import Event, Notice, Partial, Receiver, Twist, Utterance
-from voz.inbox import MAX_QUEUED_MESSAGES, Inbox
 from voz.run.dispatcher import Dispatcher
 from voz.run.session import MAX_BEAT_GAP, Session
 from voz.run.spec import RunSpec
@@ -133,11 +132,6 @@ def test_what_was_said_before_or_in_a_pause_does_not_begin_a_new_motion() -> Non
     assert [(event.obeyed, event.ignored) for event in late] == [(False, "too_late")] * 2
 
 
-def test_after_a_pause_a_new_command_moves_the_robot() -> None:
-    room = Room(2.5, [(2.05, heard("go back", end=2))], stalls={0.3: 1.5})
-    assert room.twists[-1] == (2.5, -0.1)
-
-
 @given(st.floats(MAX_BEAT_GAP + 0.11, 20), st.floats(0, 3))
 def test_no_pause_is_overlooked_whenever_it_comes(pause: float, begin: float) -> None:
     room = Room(24, [(0.01, heard("go forward", 0.01))], stalls={begin: pause})
@@ -163,38 +157,7 @@ def test_s5_where_hearing_is_lost_the_robot_stops_once_and_is_told_why() -> None
     assert moving == [0.05, 0.1, 0.2, 0.3, 0.4]
 
 
-def test_after_that_the_robot_moves_on_a_new_command() -> None:
-    room = Room(1, [(0.05, heard("go forward")), (0.75, heard("go back"))], lost=(0.2, 0.5))
-    assert [linear for when, linear in room.twists if 0.2 <= when < 0.75] == [0] * 6
-    assert (0.75, -0.1) in room.twists
-
-
 def test_typed_commands_move_the_robot_also_while_nothing_is_heard() -> None:
     room = Room(1, [(0.45, heard("go back", source="text"))], lost=(0.2, 3))
     assert room.twists[-1] == (1, -0.1)
     assert len(room.warnings) == 1
-
-
-def test_what_was_said_before_or_while_nothing_is_heard_comes_too_late() -> None:
-    room = Room(2, [(0.45, heard("go back")), (0.75, heard("go forward"))], lost=(0.2, 1.1))
-    assert all(linear == 0 for _, linear in room.twists)
-
-
-def test_warnings_are_passed_on() -> None:
-    room = Room(0.3, [(0.15, Notice(0.15, "0.30 s of sound were lost"))])
-    assert room.warnings == [(0.15, "0.30 s of sound were lost")]
-
-
-def test_a_rehearsal_comes_before_what_waits_and_is_never_dropped() -> None:
-    inbox = Inbox({"stop"})
-    inbox.put(heard("go forward"))
-    for _ in range(MAX_QUEUED_MESSAGES + 1):
-        inbox.put(Halt())
-    inbox.put(Rehearsal(True))
-    controller = listening()
-    while (message := inbox.take(0.001)) is not None:
-        if isinstance(message, Utterance):
-            assert controller.state.rehearsing
-        assert not isinstance(message, End)
-        controller.take(message, 0.0)
-    assert not controller.moving

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -82,31 +82,6 @@ def test_there_are_as_many_cycles_as_lines_and_the_last_is_zero(lines: list[str]
     sent = velocities(typed(lines))
     assert len(sent) == len(lines) + 1
     assert sent[-1] == (0, 0)
-
-
-def test_s6_a_robot_that_hears_nothing_stops_and_needs_a_new_command() -> None:
-    lines = ["start speech", "go forward", *["-"] * 14, "speed up", "go back", "-"]
-    events = typed(lines, Safety(motion_time_limit=1.0))
-    moving = [velocity[0] for velocity in velocities(events)]
-    assert moving[1:11] == [0.1] * 10
-    assert moving[11:17] == [0.0] * 6
-    assert moving[17:] == [-0.1, -0.1, 0.0]
-    (warning,) = of_type(events, Notice)
-    assert warning == Notice(1.1, "no command for 1 s: the robot stops", stops=True)
-
-
-@pytest.mark.parametrize("end", [KeyboardInterrupt, SystemExit, RuntimeError])
-def test_s7_zero_is_sent_last_whatever_ends_the_run(end: type[BaseException]) -> None:
-    events: list[Event] = []
-
-    def lines() -> Iterator[str]:
-        yield "start speech"
-        yield "go forward"
-        raise end
-
-    with pytest.raises(end):
-        type_lines(lines(), events.append)
-    assert velocities(events)[-2:] == [(0.1, 0.0), (0.0, 0.0)]
 
 
 def test_a_spoken_session_drives_the_robot(recognizer: Recognizer, session: Recording) -> None:

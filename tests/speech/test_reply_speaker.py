@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -120,22 +117,6 @@ def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     assert warned == []
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("loudspeaker")
-def test_missing_festival_is_told_once_and_the_rest_goes_on(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    cached_speech("known", KAL)
-    monkeypatch.setenv("PATH", "")
-    warned: list[str] = []
-    with ReplySpeaker(KAL, REPLIES, warned.append) as speaker:
-        for text in ("one", "two", "known"):
-            speaker.say(text)
-    (warning,) = warned
-    assert warning.startswith("festival is not installed")
-    place_in(speaker.mixer.recent(5)[0], "known")
-
-
 @pytest.mark.usefixtures("loudspeaker")
 def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
     monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
@@ -160,25 +141,6 @@ def test_a_text_without_sound_is_told(gate: Gate, monkeypatch: pytest.MonkeyPatc
         speaker.say("...")
     (warning,) = warned
     assert "nothing to speak" in warning
-
-
-def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
-    alsa = tmp_path / "alsa.conf"
-    alsa.write_text("pcm.default { type hw card 99 }")
-    script = (
-        "from voz.speech.reply_speaker import ReplySpeaker\n"
-        "with ReplySpeaker('kal_diphone', warn=print) as speaker:\n"
-        "    speaker.say('one'); speaker.say('two')\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=os.environ | {"ALSA_CONFIG_PATH": str(alsa)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == "there is no loudspeaker; connect one\n"
-    assert done.stderr == ""
 
 
 def test_the_oldest_replies_are_left_out_when_too_many_wait(gate: Gate) -> None:
@@ -210,14 +172,3 @@ def test_after_closing_nothing_is_said(gate: Gate) -> None:
     speaker.close()
     speaker.say("one")
     assert gate.said == warned == []
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("loudspeaker")
-def test_other_sounds_are_heard_beside_the_replies() -> None:
-    with ReplySpeaker(KAL) as speaker:
-        speaker.client.start(1, 0.3)
-        wait_until(lambda: bool(speaker.mixer.recent(0.5)[0].any()))
-        speaker.say("one")
-        wait_until(lambda: bool(np.abs(speaker.mixer.recent(1)[0]).max() > 0.3))
-    wait_until(lambda: speaker.mixer.busy_until() < time.monotonic())

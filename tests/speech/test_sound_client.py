@@ -140,13 +140,6 @@ def test_all_sounds_can_be_stopped_at_once(
     assert mixer_of(client).busy_until() < time.monotonic() + 1
 
 
-def test_there_is_no_sixth_sound(client: SoundClient) -> None:
-    with pytest.raises(SpeechError, match="no built-in sound 6"):
-        client.play(6)
-    with pytest.raises(SpeechError, match="no built-in sound 6"):
-        client.builtin_sound(6).repeat()
-
-
 # Files
 
 

@@ -377,28 +377,6 @@ def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, page: Page) -> N
     assert rests(robot.robot.of("cmd_vel")[-1])
 
 
-@pytest.mark.realtime
-def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, page: Page) -> None:
-    go_hands_free(page)
-    since = robot.since
-    page.evaluate(HANGS)
-    # On a slow machine the page is gone for the robot before the gap in its sound is noticed.
-    told = (
-        warns("sound of the browser is missing"),
-        warns("no sound comes from the microphone"),
-        warns("the operator's page is gone"),
-    )
-    robot.robot.wait_for(lambda event: any(tells(event) for tells in told), since)
-
-
-def test_s5_a_page_that_is_closed_stops_the_robot(robot: PageRobot, page: Page) -> None:
-    since = robot.since
-    tap(page, "go forward")
-    robot.robot.wait_for(moves, since)
-    page.goto("about:blank")
-    robot.robot.wait_for(warns("the operator's page is gone"), since)
-
-
 def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(robot: PageRobot, page: Page) -> None:
     since = robot.since
     tap(page, "go forward")
@@ -424,19 +402,6 @@ def test_without_the_token_it_says_what_to_do(
         assert robot.token not in page.url
         tap(page, "go forward")
         robot.robot.wait_for(moves)
-
-
-def test_in_a_rehearsal_nothing_moves(robot: PageRobot, page: Page) -> None:
-    page.get_by_label("rehearsal").check()
-    expect(page.locator("#motion")).to_have_text("REHEARSAL nothing moves")
-    since = robot.since
-    tap(page, "go forward")
-    expect(page.locator("#heard")).to_contain_text("rehearsal: nothing moves")
-    page.get_by_label("rehearsal").uncheck()
-    expect(ear(page)).to_have_text("hold to talk")
-    assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
-    tap(page, "go forward")
-    robot.robot.wait_for(moves, since)
 
 
 def test_a_list_that_is_saved_changes_the_buttons_of_an_open_page(

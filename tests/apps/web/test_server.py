@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from calls import in_process
 from live_robot import moves, rests, warns
-from operator_page import Page, PageRobot, heard, opened, page_robot, room_noise, told, with_noise
+from operator_page import Page, PageRobot, heard, opened, page_robot, told, with_noise
 from programs import wait_until
 from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -28,7 +28,6 @@ from websockets.sync.client import connect
 
 import voz
 from voz.apps.web.page_messages import Record
-from voz.audio import SAMPLE_RATE
 
 pytestmark = pytest.mark.slow
 
@@ -182,34 +181,6 @@ def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
         assert "a stop came after it" in late.json()["error"]
         assert robot.state["now"]["linear"] == 0
         assert robot.command("go forward", page=secret, stops=1).json()["obeyed"]
-
-
-def test_s5_the_robot_stops_when_another_page_drives_at_once_in_place_of_one_that_is_closed(
-    robot: PageRobot,
-) -> None:
-    with opened(robot) as second, opened(robot) as first:
-        first.start_driving()
-        assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
-        first.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
-        since = robot.since
-        first.socket.close()
-        second.start_driving()  # before the beat has looked whether the first is there
-        robot.robot.wait_for(rests, since)
-
-
-@pytest.mark.realtime
-def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRobot) -> None:
-    with opened(robot) as page:
-        page.start_driving()
-        assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
-        since = robot.since
-        page.there = False  # its socket stays open and takes what comes, but nobody answers
-        page.wait_for(lambda r: r["type"] == "warning" and "page is gone" in r["text"])
-        robot.robot.wait_for(rests, since)
-        tapped = robot.command("go forward", page=page.welcome["secret"])  # by another connection
-        assert tapped.status_code == 409
-        assert "this page counts as gone" in tapped.json()["error"]
-        assert robot.state["now"]["linear"] == 0
 
 
 @pytest.mark.realtime
@@ -463,24 +434,6 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
 
 
 @pytest.mark.realtime
-def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
-    robot: PageRobot, forward: np.ndarray
-) -> None:
-    with opened(robot) as watching:
-        with opened(robot) as page:
-            page.start_driving()
-            since = robot.since
-            with heard(robot, page) as microphone:
-                microphone.begin()
-                microphone.speak(forward[: -SAMPLE_RATE // 2], page)
-                microphone.end()
-        watching.wait_for(lambda r: r["type"] == "utterance" and r["text"] == "go forward")
-        robot.robot.wait_for(warns(" page "), since)  # it is gone, or none drives
-        watching.stay(0.3)
-        assert robot.state["now"]["linear"] == 0
-
-
-@pytest.mark.realtime
 def test_sound_that_comes_late_does_not_drive_and_is_told(
     robot: PageRobot, forward: np.ndarray
 ) -> None:
@@ -515,26 +468,6 @@ def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) 
             page.stay(1.0)
     obeyed = [event["text"] for event in robot.robot.of("utterance", since) if event["obeyed"]]
     assert "go forward" not in obeyed
-
-
-@pytest.mark.realtime
-def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
-    with opened(robot) as page:
-        page.start_driving()
-        secret = page.welcome["secret"]
-        with heard(robot, page) as microphone:
-            microphone.begin()
-            microphone.speak(room_noise(0.5), page)
-            assert robot.command("go forward", page=secret).json()["obeyed"]
-            microphone.speak(room_noise(0.5), page)
-            since = robot.since
-            # The sockets stay open, and the page answers.
-            page.wait_for(lambda r: r["type"] == "warning" and "no sound comes" in r["text"])
-            robot.robot.wait_for(rests, since)
-            microphone.begin()
-            microphone.speak(room_noise(0.5), page)
-            robot.robot.wait_for(warns("listening again"), since)
-            microphone.end()
 
 
 def test_garbage_in_place_of_sound_ends_its_socket(robot: PageRobot) -> None:

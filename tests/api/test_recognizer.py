@@ -411,15 +411,6 @@ except (ValueError, SystemExit) as error:
 print("threads:", threading.active_count())
 """
 
-NO_MICROPHONE = """
-import voz
-for listen in (voz.load().microphone, lambda: voz.load().listen_in_background(print)):
-    try:
-        listen()
-    except voz.AudioError as error:
-        print(error)
-"""
-
 
 def test_a_file_is_decoded_by_its_name(recognizer: Recognizer, session: Recording) -> None:
     by_name = recognizer.decode(str(session.path))
@@ -486,9 +477,3 @@ def test_a_microphone_is_listened_to_in_the_background(how: str, pulse: dict[str
     raised = {"fail": "raised: not this one", "exit": "raised: 3"}
     heard = ["go back", "go back"] if how == "well" else ["go back", raised[how]]
     assert output.splitlines() == [*heard, "threads: 1"]
-
-
-def test_without_a_microphone_there_is_one_line(no_sound: dict[str, str]) -> None:
-    command = [sys.executable, "-c", NO_MICROPHONE]
-    done = subprocess.run(command, env=no_sound, capture_output=True, text=True, check=True)
-    assert done.stdout == 2 * "there is no microphone; connect one and start again\n"

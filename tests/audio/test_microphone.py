@@ -100,16 +100,6 @@ def test_a_source_of_the_sound_server_is_heard_though_it_is_not_the_default(
 
 
 @pytest.mark.slow
-def test_an_unknown_microphone_is_one_line_with_those_that_there_are(
-    pulse: dict[str, str], tmp_path: Path
-) -> None:
-    message = error_of(listen(pulse, tmp_path / "heard.raw", device="nobody has this"))
-    assert message.startswith('there is no microphone "nobody has this"; take ')
-    assert message.count("\n") == 1
-    assert "pulse" in message
-
-
-@pytest.mark.slow
 def test_a_microphone_that_is_taken_away_is_one_line(
     own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]], tmp_path: Path
 ) -> None:

@@ -89,15 +89,6 @@ def test_a_long_recording_comes_in_short_blocks(tmp_path: Path) -> None:
     assert max(len(block) for block in read_blocks(tmp_path / "a.wav")) <= 2 * SAMPLE_RATE
 
 
-def test_a_recording_whose_length_was_unknown_when_it_began_is_whole(tmp_path: Path) -> None:
-    path = tmp_path / "a.wav"
-    soundfile.write(path, tone(SAMPLE_RATE), SAMPLE_RATE)
-    data = bytearray(path.read_bytes())
-    data[4:8] = data[40:44] = b"\xff\xff\xff\xff"
-    path.write_bytes(data)
-    assert len(read(path)) == SAMPLE_RATE
-
-
 def test_a_missing_file_and_a_folder(tmp_path: Path) -> None:
     assert "no such file" in error_of(tmp_path / "a.wav")
     assert "is a folder" in error_of(tmp_path)
@@ -194,14 +185,9 @@ def test_a_sound_of_another_rate_and_format_is_converted(name: str, tmp_path: Pa
 
 
 def test_sounds_that_cannot_be_played(tmp_path: Path) -> None:
-    (tmp_path / "text.ogg").write_text("hello")
-    soundfile.write(tmp_path / "empty.wav", np.zeros(0), 48_000)
     soundfile.write(tmp_path / "long.wav", np.zeros(601 * 4000, np.int16), 4000)
-    assert "no such file" in sound_error(tmp_path / "none.wav")
-    assert "is a folder" in sound_error(tmp_path)
-    assert "no recording that can be read" in sound_error(tmp_path / "text.ogg")
-    assert "holds no sound" in sound_error(tmp_path / "empty.wav")
     assert "longer than 10 minutes" in sound_error(tmp_path / "long.wav")
+    assert "no such file" in sound_error(tmp_path / "none.wav")
 
 
 @pytest.mark.parametrize("subtype", ["VORBIS", "OPUS"])
@@ -230,22 +216,6 @@ def test_what_is_right_already_stays_as_it_is(session: Recording) -> None:
     samples = session.samples()
     assert np.array_equal(to_samples(samples, SAMPLE_RATE), samples)
     assert np.array_equal(to_samples(samples / 32768, SAMPLE_RATE), samples)
-
-
-def test_channels_are_averaged() -> None:
-    stereo = np.array([[100, 300], [-100, 100]], np.int16)
-    assert to_samples(stereo, SAMPLE_RATE).tolist() == [200, 0]
-    assert to_samples(stereo[:, :1], SAMPLE_RATE).tolist() == [100, -100]
-
-
-@pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 48_000.0])
-def test_every_rate_becomes_16_khz(rate: float) -> None:
-    seconds = np.arange(int(rate)) / rate
-    tone = 0.5 * np.sin(2 * np.pi * 440 * seconds)
-    found = to_samples(tone.astype(np.float32), rate)
-    assert abs(len(found) - SAMPLE_RATE) <= 1
-    assert np.argmax(np.abs(np.fft.rfft(found))) == pytest.approx(440, abs=1)
-    assert np.abs(found[1000:-1000]).max() == pytest.approx(16384, rel=0.01)
 
 
 @given(st.lists(st.integers(0, 700), max_size=12))

@@ -108,19 +108,6 @@ def test_the_rules_move_as_the_original_program_did(spoken: list[str]) -> None:
         assert state.listening == original.listening
 
 
-@given(commands)
-def test_velocities_are_exact_multiples_of_a_twentieth(spoken: list[str]) -> None:
-    for velocity in velocities(*spoken):
-        assert velocity == round(velocity, 2)
-        assert (velocity * 20).is_integer()
-
-
-@given(commands)
-def test_stop_stops(spoken: list[str]) -> None:
-    state = obey(drive(*spoken, "start speech"), "stop").state
-    assert not state.moving
-
-
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c != "start speech"])
 def test_nothing_is_obeyed_before_start_speech(command: str) -> None:
     assert obey(State(), command) == Transition(State(), (), False, "not_listening")

@@ -82,14 +82,6 @@ def test_a_folder_lm_in_another_language_than_a_list_of_voz_is_passed_over(
     assert find_language("lm", SpokenLanguage(name="fr")).folder == Path("lm")
 
 
-def test_the_package_brings_the_fourteen_commands():
-    files = LanguageFiles(PACKAGED_FOLDER)
-    sentences = read_sentences(files)
-    assert len(sentences) == 14
-    assert sentences[0] == "start speech"
-    assert stale_warning(files) is None
-
-
 def test_a_folder_without_the_files_says_what_to_run(tmp_path: Path):
     with pytest.raises(LanguageError, match=r"dic: is missing; .*`voz build-lm LIST --out"):
         find_language(tmp_path)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from voz import CommandsError
 from voz.language.pronunciation import (
     FESTIVAL_PHONES,
-    GUESS_ORIGIN,
     PHONES,
     FestivalError,
     find_anywhere,
@@ -108,16 +107,6 @@ def outcome(data: bytes) -> tuple[dict[str, tuple[str, ...]], str]:
         return {}, str(error)
 
 
-def test_the_users_pronunciation_comes_before_the_dictionary(cmudict: bytes):
-    entry = pronounce({"stop": "l:1"}, {"stop": ("S T AO P",)}, cmudict, no_guess)["stop"]
-    assert (entry.phones, entry.origin) == (("S T AO P",), "pronunciations.txt")
-
-
-def test_cocacola_is_made_of_coca_and_cola(cmudict: bytes):
-    entry = pronounce({"cocacola": "l:1"}, {}, cmudict, no_guess)["cocacola"]
-    assert (entry.phones, entry.origin) == (("K OW K AH K OW L AH",), "compound coca+cola")
-
-
 def test_the_users_words_are_parts_of_compounds_too(cmudict: bytes):
     entry = pronounce({"zorbcola": "l:1"}, {"zorb": ("Z AO R B",)}, cmudict, no_guess)["zorbcola"]
     assert entry.phones == ("Z AO R B K OW L AH",)
@@ -139,12 +128,6 @@ def test_a_compound_is_split_in_the_most_sensible_way(
     word: str, known: set[str], parts: tuple[str, ...]
 ):
     assert split_compound(word, known.__contains__) == parts
-
-
-def test_an_unknown_word_is_guessed_and_marked_as_a_guess(cmudict: bytes):
-    entries = pronounce({"stop": "l:1", "zorblax": "l:2"}, {}, cmudict, lambda _: {"zorblax": "Z"})
-    assert list(entries) == ["stop", "zorblax"]
-    assert entries["zorblax"].origin == GUESS_ORIGIN
 
 
 @pytest.mark.parametrize(

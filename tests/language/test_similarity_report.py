@@ -92,12 +92,6 @@ def test_the_table_shows_the_closest_pairs(pairs: list[SimilarPair]):
     assert similarity_table([]) == "no two commands sound alike"
 
 
-def test_building_warns_of_alike_commands(tmp_path: Path):
-    (tmp_path / "list.txt").write_text("go right\ngo write\npoint beer\n")
-    (line,) = build(tmp_path / "list.txt", tmp_path).warnings
-    assert line.startswith('"go right" and "go write" sound alike (1.00')
-
-
 def test_building_the_list_that_comes_with_voz_warns_of_nothing(tmp_path: Path):
     assert build(COMMANDS, tmp_path).warnings == ()
 

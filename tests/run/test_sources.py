@@ -7,14 +7,12 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import pytest
-import soundfile
 from driving import COMMANDS, STARTED, STOPPED, speak, type_lines
 from hypothesis import given
 from hypothesis import strategies as st
 from language.template_texts import commands_of
-from recordings import FIXTURES, GO_BACK, Recording
+from recordings import FIXTURES, Recording
 
 from voz.api.recognizer import Recognizer
 from voz.events import (
@@ -137,18 +135,6 @@ def test_an_unreadable_recording_is_a_warning_and_the_rest_is_obeyed(
     (warning,) = of_type(events, Notice)
     assert [warning.text] == errors
     assert len(of_type(events, Utterance)) == len(session.commands)
-
-
-def test_channels_out_of_phase_are_a_warning_and_obeyed(
-    recognizer: Recognizer, tmp_path: Path
-) -> None:
-    sound, rate = soundfile.read(GO_BACK)
-    soundfile.write(tmp_path / "a.wav", np.stack([sound, -sound], axis=1), rate)
-    events, errors = spoken(recognizer, tmp_path / "a.wav")
-    (warning,) = of_type(events, Notice)
-    assert "its channels are out of phase" in warning.text
-    assert errors == []
-    assert [heard.text for heard in of_type(events, Utterance)] == ["go back"]
 
 
 def test_typed_text_may_have_digits_and_says_what_it_means() -> None:

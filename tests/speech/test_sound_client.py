@@ -168,14 +168,6 @@ def test_a_file_goes_on_until_it_is_stopped_by_any_name_of_it(
     assert not goes_on(client)
 
 
-@pytest.mark.parametrize("volume", [0.0, 0.25, 1.0, 7.0, -1.0, math.nan])
-def test_volume_is_taken_as_0_to_1(volume: float, client: SoundClient, file: Path) -> None:
-    client.play_wave(file, volume, blocking=True)
-    time.sleep(0.1)
-    expected = 0.4 * (0 if math.isnan(volume) else min(max(volume, 0), 1))
-    assert np.abs(mixer_of(client).recent(2)[0]).max() == pytest.approx(expected, abs=0.01)
-
-
 def test_a_file_that_cannot_be_played_is_told_at_once_and_the_rest_goes_on(
     client: SoundClient, file: Path, tmp_path: Path, warnings: list[str]
 ) -> None:

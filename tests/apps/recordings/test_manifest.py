@@ -124,14 +124,6 @@ def test_empty_lines_are_left_out_and_counted() -> None:
     assert parse_lines("") == []
 
 
-def test_an_empty_field_stays_one() -> None:
-    assert parse_lines("a\t\tb\t\n") == [ManifestLine(1, ["a", "", "b", ""])]
-
-
-def test_a_quote_is_a_character_like_others() -> None:
-    assert parse_lines('"a\tb"\n') == [ManifestLine(1, ['"a', 'b"'])]
-
-
 def test_records_have_the_names_of_the_columns() -> None:
     records = parse_records("file\ttext\na.wav\tgo back\nb.wav\t\n")
     assert records == [{"file": "a.wav", "text": "go back"}, {"file": "b.wav", "text": ""}]

@@ -190,23 +190,6 @@ def served(no_sound_card: dict[str, str]) -> Iterator[tuple[PageRobot, Assistant
         yield robot, assistant
 
 
-@pytest.mark.realtime
-def test_a_motion_that_nobody_watches_ends(
-    run: tuple[LiveRobot, Assistant], served: tuple[PageRobot, Assistant]
-) -> None:
-    robot, assistant = run
-    posted, _ = served
-    assistant.handled("hello robot")
-    begun = [(each, len(each.arrived)) for each in (robot, posted.robot)]
-    assert assistant.handled("go forward") == "go forward"
-    posted.drives("go forward")  # at the same time, for both need five seconds
-    for each, since in begun:
-        each.wait_for(moves, since)
-        stopped = each.wait_for(lambda event: event.get("stops") is True, since)
-        assert stopped.event["text"] == "moved for 5 s with nobody there: the robot stops"
-        each.wait_for(rests, each.arrived.index(stopped))
-
-
 def test_a_flood_of_commands_is_refused_and_a_stop_is_not(
     run: tuple[LiveRobot, Assistant],
 ) -> None:

@@ -212,13 +212,6 @@ def test_sound_of_any_width_rate_and_channels_is_converted(
     assert transcribed(uri, *sent, AudioStop().event()) == "go back"
 
 
-def test_channels_out_of_phase_are_heard(uri: str) -> None:
-    sound = clip("commands/festival_slt__go_back.flac")
-    chunks = np.array_split(np.stack([sound, -sound], axis=1), 20)
-    sent = [AudioChunk(RATE, 2, 2, chunk.tobytes()).event() for chunk in chunks]
-    assert transcribed(uri, *sent, AudioStop().event()) == "go back"
-
-
 def test_an_error_reaches_who_still_sends(uri: str) -> None:
     async def ask_late() -> list[Event | None]:
         chunk, mistaken = (AudioChunk(RATE, width, 1, bytes(40_000)).event() for width in (2, 5))

@@ -89,12 +89,6 @@ def test_a_robot_that_was_stopped_has_no_velocity_and_stays(
     assert later == replace(state, t=later.t)
 
 
-def test_the_velocity_lags_behind_and_arrives() -> None:
-    soon = drive(start(ROOM), 0.1, 0.0, 0.05, ROOM)
-    assert 0 < soon.linear < 0.05
-    assert drive(soon, 0.1, 0.0, 2.0, ROOM).linear == 0.1
-
-
 def test_without_a_new_velocity_for_half_a_second_the_base_stops() -> None:
     state = drive(start(ROOM), 0.2, 0.3, 2.0, ROOM)
     last = Twist(state.t, 0.2, 0.3)
@@ -197,14 +191,6 @@ def test_an_arc_is_what_many_tiny_straight_steps_come_to(
         pose = move_along_arc(pose, linear * tiny, 0.0)
         pose = move_along_arc(pose, 0.0, angular * tiny)
     assert apart(at_once, pose) < abs(linear * angular) * tiny + 1e-9
-
-
-@given(poses, velocities, st.floats(0.05, 3) | st.floats(-3, -0.05))
-def test_a_full_circle_closes(pose: Pose2D, linear: float, angular: float) -> None:
-    steps, end = 1000, pose
-    for _ in range(steps):
-        end = move_along_arc(end, linear * 2 * pi / abs(angular) / steps, 2 * pi / steps)
-    assert apart(pose, end) < 1e-9
 
 
 def test_half_a_circle_to_the_left_ends_on_the_left_and_looks_back() -> None:

@@ -23,6 +23,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.sound_files import read_blocks
+from voz.language.build import build
 
 BLOCK = 480
 """Samples of a block, 30 ms."""
@@ -186,6 +187,14 @@ def page_robot(environment: dict[str, str], *arguments: str, **how: Any) -> Iter
         page = PageRobot(robot)
         with page.api:
             yield page
+
+
+def own_list(folder: Path, commands: str, settings: str) -> list[str]:
+    """Write a list of commands, build it, and write what they do; returns the options of a run."""
+    (folder / "commands.txt").write_text(commands)
+    build(folder / "commands.txt", folder / "lm")
+    (folder / "voz.toml").write_text(f'lm = "{folder / "lm"}"\n{settings}')
+    return ["--config", str(folder / "voz.toml")]
 
 
 @contextmanager

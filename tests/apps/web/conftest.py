@@ -6,9 +6,10 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser_page import SECONDS, drive, for_a_browser, opened
-from operator_page import PageRobot
+from operator_page import PageRobot, with_noise
 from playwright.sync_api import (
     Browser,
     BrowserContext,
@@ -33,6 +34,12 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return for_a_browser(clip, tmp_path_factory.mktemp("said") / "said.wav")
 
 
+@pytest.fixture(scope="session")
+def forward() -> np.ndarray:
+    """Somebody says "go forward" in a quiet room, once."""
+    return with_noise(FIXTURES / "commands" / "festival_slt__go_forward.flac", 0.0, 0.5)
+
+
 @pytest.fixture(scope="module")
 def browser(playwright: Playwright, said: Path) -> Iterator[Browser]:
     """A browser whose microphone hears somebody speak."""
@@ -47,6 +54,20 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     expect.set_options(timeout=SECONDS)
     context = browser.new_context(permissions=["microphone"], ignore_https_errors=True)
     context.set_default_timeout(SECONDS)
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def phone(browser: Browser) -> Iterator[BrowserContext]:
+    """A browser on a phone, of the smallest that there are."""
+    context = browser.new_context(
+        permissions=["microphone"],
+        viewport={"width": 320, "height": 568},
+        is_mobile=True,
+        has_touch=True,
+        user_agent="Mozilla/5.0 (iPhone; CPU iPhone OS 18_0 like Mac OS X) AppleWebKit/605.1.15",
+    )
     yield context
     context.close()
 

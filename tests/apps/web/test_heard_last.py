@@ -12,7 +12,7 @@ from browser_page import opened, tap
 from live_robot import moves
 from operator_page import PageRobot, heard, page_robot, with_noise
 from operator_page import opened as opened_without_browser
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 from synthesis import phrase
 
 from voz.audio import SAMPLE_RATE
@@ -31,19 +31,6 @@ def unsure(tmp_path: Path) -> Path:
 def robot(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
     with page_robot(no_sound_card) as robot:
         yield robot
-
-
-@pytest.fixture
-def phone(browser: Browser) -> Iterator[BrowserContext]:
-    context = browser.new_context(
-        permissions=["microphone"],
-        viewport={"width": 390, "height": 844},
-        is_mobile=True,
-        has_touch=True,
-        user_agent="Mozilla/5.0 (iPhone; CPU iPhone OS 18_0 like Mac OS X) AppleWebKit/605.1.15",
-    )
-    yield context
-    context.close()
 
 
 def in_words(page: Page, event: dict[str, object]) -> list[str]:

@@ -11,11 +11,10 @@ import pytest
 from browser_page import barriers, drive, ear, opened
 from calls import in_process
 from live_robot import moves, rests
-from operator_page import Page, PageRobot, heard, page_robot, with_noise
+from operator_page import Page, PageRobot, heard, page_robot
 from operator_page import opened as opened_without_browser
 from playwright.sync_api import BrowserContext, expect
 from programs import wait_until
-from recordings import FIXTURES
 
 from voz.apps.recordings.manifest import MANIFEST_NAME, read_manifest
 
@@ -31,12 +30,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def robot(no_sound_card: dict[str, str], folder: Path) -> Iterator[PageRobot]:
     with page_robot(no_sound_card, "--listening", "--record", str(folder)) as robot:
         yield robot
-
-
-@pytest.fixture(scope="module")
-def forward() -> np.ndarray:
-    """Somebody says "go forward" in a quiet room."""
-    return with_noise(FIXTURES / "commands" / "festival_slt__go_forward.flac", 0.0, 0.5)
 
 
 def last(folder: Path) -> tuple[str, str]:

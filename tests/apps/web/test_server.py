@@ -20,9 +20,8 @@ import numpy as np
 import pytest
 from calls import in_process
 from live_robot import moves, rests, warns
-from operator_page import Page, PageRobot, heard, opened, page_robot, told, with_noise
+from operator_page import Page, PageRobot, heard, opened, page_robot, told
 from programs import wait_until
-from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -36,12 +35,6 @@ pytestmark = pytest.mark.slow
 def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
     with page_robot(no_sound_card, "--listening") as robot:
         yield robot
-
-
-@pytest.fixture(scope="module")
-def forward() -> np.ndarray:
-    """Somebody says "go forward" in a quiet room."""
-    return with_noise(FIXTURES / "commands" / "festival_slt__go_forward.flac", 0.0, 0.5)
 
 
 # What a program asks for

@@ -7,10 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 from browser_page import barriers, drive, opened, tap
-from operator_page import PageRobot, page_robot
+from operator_page import PageRobot, own_list, page_robot
 from playwright.sync_api import BrowserContext, Locator, Page, expect
-
-from voz.language.build import build
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
@@ -36,12 +34,8 @@ bring = { publish = "{thing} {place}", topic = "errand" }
 def robot(
     no_sound_card: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[PageRobot]:
-    folder = tmp_path_factory.mktemp("robot")
-    (folder / "commands.txt").write_text(LIST)
-    build(folder / "commands.txt", folder / "lm")
-    (folder / "voz.toml").write_text(SETTINGS)
-    given = ["--lm", str(folder / "lm"), "--config", str(folder / "voz.toml"), "--no-sound"]
-    with page_robot(no_sound_card, *given) as robot:
+    given = own_list(tmp_path_factory.mktemp("robot"), LIST, SETTINGS)
+    with page_robot(no_sound_card, *given, "--no-sound") as robot:
         yield robot
 
 

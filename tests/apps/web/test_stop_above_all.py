@@ -8,12 +8,11 @@ from collections.abc import Iterator
 import pytest
 from browser_page import barriers, opened, tap
 from live_robot import moves, rests
-from operator_page import PageRobot, page_robot
+from operator_page import PageRobot, own_list, page_robot
 from operator_page import opened as opened_without_browser
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from voz.apps.web.control_api import PAGE_FILES
-from voz.language.build import build
 
 pytestmark = pytest.mark.slow
 
@@ -31,8 +30,6 @@ no
 """
 
 SETTINGS = """\
-lm = "lm"
-
 [commands]
 "self destruct" = { drive = -0.1, confirm = "do you really mean it?" }
 sure = { answer = true }
@@ -46,26 +43,9 @@ LONG = "What may be wrong here is so much that it fills a line and one more. " *
 def robot(
     no_sound_card: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[PageRobot]:
-    folder = tmp_path_factory.mktemp("robot")
-    (folder / "commands.txt").write_text(COMMANDS)
-    build(folder / "commands.txt", folder / "lm")
-    settings = folder / "voz.toml"
-    settings.write_text(SETTINGS.replace('"lm"', f'"{folder / "lm"}"'))
-    with page_robot(no_sound_card, "--listening", "--config", str(settings)) as robot:
+    given = own_list(tmp_path_factory.mktemp("robot"), COMMANDS, SETTINGS)
+    with page_robot(no_sound_card, "--listening", *given) as robot:
         yield robot
-
-
-@pytest.fixture
-def phone(browser: Browser) -> Iterator[BrowserContext]:
-    width, height = SCREENS[0]
-    context = browser.new_context(
-        permissions=["microphone"],
-        viewport={"width": width, "height": height},
-        is_mobile=True,
-        has_touch=True,
-    )
-    yield context
-    context.close()
 
 
 def touch_stop(page: Page) -> None:

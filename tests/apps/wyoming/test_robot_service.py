@@ -12,7 +12,7 @@ import httpx
 import pytest
 from calls import in_process
 from live_robot import LiveRobot, live_robot, moves, rests
-from operator_page import PageRobot, opened, page_robot
+from operator_page import PageRobot, opened, own_list, page_robot
 from programs import PATIENCE, free_port
 from spanish import spanish_robot
 from wyoming.asr import Transcript
@@ -22,8 +22,6 @@ from wyoming.event import Event, Eventable
 from wyoming.handle import Handled, NotHandled
 from wyoming.info import Describe, Info
 from wyoming.intent import Entity, Intent, NotRecognized, Recognize
-
-from voz.language.build import build
 
 pytestmark = pytest.mark.slow
 
@@ -39,23 +37,11 @@ side = left | right
 """
 
 SETTINGS = """\
-lm = "lm"
-
 [commands]
 "hello robot" = "start speech"
 "turn" = { rotate = 0.5, degrees = "{angle}", say = "I turn to the {side}" }
 "dance" = [{ drive = 0.1, metres = 0.1, say = "one" }, { rotate = 0.5, degrees = 10, say = "two" }]
 """
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A list with slots, and what its commands do."""
-    folder = tmp_path_factory.mktemp("robot")
-    (folder / "commands.txt").write_text(COMMANDS)
-    build(folder / "commands.txt", folder / "lm")
-    (folder / "voz.toml").write_text(SETTINGS.replace('"lm"', f'"{folder / "lm"}"'))
-    return folder
 
 
 class Assistant(str):
@@ -106,11 +92,13 @@ class Assistant(str):
 
 
 @pytest.fixture(scope="module")
-def run(no_sound_card: dict[str, str], folder: Path) -> Iterator[tuple[LiveRobot, Assistant]]:
+def run(
+    no_sound_card: dict[str, str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[LiveRobot, Assistant]]:
     """A robot without a microphone, and the assistant that drives it."""
     uri = f"tcp://127.0.0.1:{free_port()}"
-    arguments = ["--wyoming", uri, "--config", str(folder / "voz.toml")]
-    with live_robot(no_sound_card, *arguments) as robot:
+    given = own_list(tmp_path_factory.mktemp("robot"), COMMANDS, SETTINGS)
+    with live_robot(no_sound_card, "--wyoming", uri, *given) as robot:
         yield robot, Assistant(uri)
     assert "there is no microphone" in robot.words
     assert "listening to typed commands and Wyoming clients" in robot.words

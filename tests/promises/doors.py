@@ -493,7 +493,12 @@ DOORS: tuple[Door, ...] = (
     LiveDoor(
         "typed",
         _type,
-        cannot={**TEXT_OF_A_RUN, **dict.fromkeys(LOSSES, "a keyboard has no sign of life")},
+        cannot={
+            **TEXT_OF_A_RUN,
+            **dict.fromkeys(
+                LOSSES, "a keyboard has no sign of life; a pipe's end: `test_real_processes.py`"
+            ),
+        },
     ),
     LiveDoor(
         "Wyoming",

@@ -54,6 +54,19 @@ def test_after_a_pause_of_the_process_the_motion_is_over(
         run.wait_for("-0.1")
 
 
+@pytest.mark.realtime
+def test_when_the_program_that_types_by_a_pipe_dies_the_robot_stops(
+    tmp_path: Path, pulse: dict[str, str]
+) -> None:
+    with watched(tmp_path, pulse) as run:
+        run.drive()
+        assert run.process.stdin
+        run.process.stdin.close()
+        run.wait_for("0.0")
+        run.stands_from_now_on()
+        assert run.process.poll() is None  # the microphone still commands
+
+
 def test_killed_without_a_word_it_leaves_zero_behind(tmp_path: Path, pulse: dict[str, str]) -> None:
     with watched(tmp_path, pulse) as run:
         run.drive()

@@ -194,19 +194,39 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
     assert told == []
 
 
-@pytest.mark.parametrize(("ends", "taken"), [(True, ["go back", "stop"]), (False, ["go back"])])
-def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_of_the_run(
+@pytest.mark.parametrize(
+    ("ends", "taken"),
+    [
+        (True, ["go back", "go forward", "stopped", "the robot stops"]),
+        (False, ["go back"]),
+    ],
+)
+def test_the_end_of_a_pipe_stops_the_robot_after_its_last_line_and_that_of_the_run_does_not(
     ends: bool, taken: list[str], keyboard: TextIO, begun: Callable[[], list[Thread]]
 ) -> None:
-    lines: list[str] = []
-    with read_keyboard(lambda: None, lines.append, KNOWN.continues, lines.append):
-        print("go back\nstop", end="", file=keyboard, flush=True)
-        wait_until(lambda: lines)
+    done: list[str] = []
+
+    def warn(text: str) -> None:
+        done.append(text.rpartition(": ")[2])
+
+    with read_keyboard(lambda: done.append("stopped"), done.append, KNOWN.continues, warn):
+        print("go back\ngo forward", end="", file=keyboard, flush=True)
+        wait_until(lambda: done)
         if ends:
             keyboard.close()
             wait_until(lambda: not begun())
     wait_until(lambda: not begun())
-    assert lines == taken
+    assert done == taken
+
+
+def test_a_pipe_that_ends_without_a_word_stops_nothing(
+    keyboard: TextIO, begun: Callable[[], list[Thread]]
+) -> None:
+    done: list[str] = []
+    with read_keyboard(lambda: done.append("stopped"), done.append, KNOWN.continues, done.append):
+        keyboard.close()
+        wait_until(lambda: not begun())
+    assert done == []
 
 
 @pytest.fixture

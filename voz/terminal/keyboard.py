@@ -113,7 +113,8 @@ def read_keyboard(
     """Read the keyboard in a `with` block, on a thread of its own; give the line being typed.
 
     `stop` is called for each key that stops the robot. `continues` returns whether a space after a
-    text is part of a command. `warn` is called if input may be lost.
+    text is part of a command. `warn` is called if input may be lost. A program that types by a pipe
+    may drive: when it ends, the robot stops.
     """
     line = TypedLine(continues)
     stream = sys.stdin
@@ -125,12 +126,16 @@ def read_keyboard(
 
     def read() -> None:
         # Whatever happens: a terminal full of unread keys takes no Ctrl-C either.
+        given = False
         while not ended.is_set():
             try:
                 for text in _texts(stream.fileno(), ended):
+                    given = True
                     take(text)
-                if not ended.is_set() and not stream.isatty():
+                if given and not ended.is_set() and not stream.isatty():
                     take("\n")  # the last line may have no end
+                    stop()
+                    warn("the program whose output voz reads has ended: the robot stops")
                 return
             except BaseException as error:  # what was typed to stop it may be lost
                 if ended.is_set():  # nothing drives any more, and the stream may be closed

@@ -5,8 +5,8 @@ English that are one phone away, and speaks these neighbors and the commands wit
 voices into FOLDER, where they are not there yet, with a manifest. If FOLDER has a manifest already,
 its recordings are used as they are: other voices, or people. `--lm` takes another list; `--ways 5`
 says how many neighbors a command has. Prints what is right and accepted, what is obeyed of the
-neighbors, and how many commands are accepted where 1, 5 and 10 in 100 neighbors get through, by the
-number of words and of phones.
+neighbors, and how many commands are accepted where 1, 5 and 10 in 100 neighbors get through, and
+how many are accepted or asked back, by the number of words and of phones.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.language_files import find_language
+from voz.recognition.confidence import multiply_odds
 from voz.recognition.language import Language, load_language
+from voz.recognition.thresholds import ASK_BACK_ODDS_FACTOR
 from voz.settings import Recognition
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
@@ -108,14 +110,22 @@ def hear(recognizer: Recognizer, clip: Clip) -> Heard:
 
 
 def curve(heard: Sequence[Heard]) -> list[str]:
-    """The share of commands that is accepted where some neighbors get through, and the counts."""
+    """The counts, and where some neighbors get through, the commands accepted / or asked back."""
     commands = [each.confidence for each in heard if each.clip.kind == "command"]
     others = sorted((e.confidence for e in heard if e.clip.kind != "command"), reverse=True)
     if not commands or not others:
         return [str(len(commands)), str(len(others)), *[""] * len(LET_THROUGH)]
     needed = [others[int(share * len(others))] for share in LET_THROUGH]
-    shares = [f"{mean(c > threshold for c in commands):.3f}" for threshold in needed]
+    shares = [
+        " / ".join(f"{mean(c > least for c in commands):.3f}" for least in (t, asked_from(t)))
+        for t in needed
+    ]
     return [str(len(commands)), str(len(others)), *shares]
+
+
+def asked_from(threshold: float) -> float:
+    """The confidence from which on the robot asks back, by the one that a command needs."""
+    return multiply_odds(threshold, 1 / ASK_BACK_ODDS_FACTOR)
 
 
 def table(heard: Sequence[Heard], phones_of: Callable[[str], int]) -> str:
@@ -125,7 +135,7 @@ def table(heard: Sequence[Heard], phones_of: Callable[[str], int]) -> str:
     groups["2 words and more"] = lambda text: len(text.split()) > 1
     groups["up to 6 phones"] = lambda text: phones_of(text) <= 6
     groups["7 phones and more"] = lambda text: phones_of(text) > 6
-    through = " | ".join(f"accepted at {share:.0%}" for share in LET_THROUGH)
+    through = " | ".join(f"accepted / or asked at {share:.0%}" for share in LET_THROUGH)
     lines = [f"| | commands | neighbors | {through} |", "|---|---|---|" + "---|" * len(LET_THROUGH)]
     for name, belongs in groups.items():
         lines.append(

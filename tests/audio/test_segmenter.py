@@ -60,15 +60,6 @@ def test_two_segments_are_joined_with_the_pause_between_them(session: Recording)
     assert np.array_equal(whole.after, second.after)
 
 
-@pytest.mark.parametrize("block", [1, 333, 4801, 10**9])
-def test_the_size_of_the_blocks_does_not_matter(block: int, session: Recording) -> None:
-    samples = session.samples()[: 4 * SAMPLE_RATE]
-    cut, whole = segments_of(samples, block), segments_of(samples)
-    assert [(s.start, s.end) for s in cut] == [(s.start, s.end) for s in whole]
-    for one, other in zip(cut, whole, strict=True):
-        assert np.array_equal(one.samples, other.samples)
-
-
 def test_a_segment_is_the_stretch_of_the_stream_that_it_says(session: Recording) -> None:
     samples = session.samples()
     for segment in segments_of(samples):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from importlib import import_module
 from importlib.util import find_spec
 
 import pytest
+from benchmark_programs import printed
 from recordings import ROOT
 
 # Seeds whose runs are short, and of many kinds.
@@ -20,11 +19,8 @@ if find_spec("cyclonedds"):
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "seed"), RUNS)
 def test_a_run_drives_a_robot_and_finds_no_way_to_let_it_drive_on(target: str, seed: int) -> None:
-    script = str(ROOT / "benchmarks" / "hunt.py")
-    how = ("--runs", "1", "--target", target, "--seed", str(seed), "--verbose")
-    done = subprocess.run([sys.executable, script, *how], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 runs, 0 finds" in done.stdout
+    lines = printed("hunt", "--runs", 1, "--target", target, "--seed", seed, "--verbose")
+    assert "1 runs, 0 finds" in "\n".join(lines)
 
 
 @pytest.mark.parametrize(

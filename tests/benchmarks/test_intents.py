@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
 import soxr
-from recordings import ROOT
+from benchmark_programs import cells, printed
 
 from voz.speech.synthesis import render
 
@@ -42,13 +40,9 @@ def benchmark(tmp_path: Path) -> Path:
 def test_what_is_accepted_and_what_is_wrong_stand_beside_what_is_published(
     benchmark: Path,
 ) -> None:
-    script = ROOT / "benchmarks" / "intents.py"
-    command = [sys.executable, str(script), str(benchmark), "--level", "24", "--jobs", "1", "--all"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    rows = [line[2:-2].split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
-    none, white = rows[1:]
+    lines = printed("intents", benchmark, "--level", 24, "--jobs", 1, "--all")
+    _, none, white = cells(lines)
     # The first has all slots of its label and two more, so it is accepted and yet another order.
     assert none[:7] == ["none", "-", "0.500", "-", "-", "1.000", "0.000"]
     assert white[:5] == ["white", "24", "0.500", "0.99", "0.96"]
-    assert "two.wav 0: small => make me a double shot latte with cream (obeyed" in done.stdout
+    assert "two.wav 0: small => make me a double shot latte with cream (obeyed" in "\n".join(lines)

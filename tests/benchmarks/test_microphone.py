@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from recordings import GO_BACK, ROOT
+from benchmark_programs import cells, printed
+from recordings import GO_BACK
 
 
 @pytest.mark.slow
@@ -20,15 +19,11 @@ def test_how_many_are_obeyed_under_each_verdict(tmp_path: Path) -> None:
     rows = [f"{GO_BACK}\tgo back\tslt\tcommand", "nothing.flac\tstop\tslt\tcommand"]
     rows += ["tap.flac\t\t\tnoise"]
     (tmp_path / "some.tsv").write_text("\n".join(["path\ttext\tspeaker\tkind", *rows, ""]))
-    script = ROOT / "benchmarks" / "microphone.py"
-    done = subprocess.run(
-        [sys.executable, script, tmp_path / "some.tsv"], capture_output=True, text=True, check=True
-    )
-    lines = done.stdout.splitlines()
+    lines = printed("microphone", tmp_path / "some.tsv")
     assert lines[1] == "17 recordings of commands that are obeyed as they are"
-    cells = [line[2:-2].split(" | ") for line in lines if line.startswith("| ")]
-    counts = {name: int(count) for name, count, _ in cells if count.isdecimal()}
+    found = cells(lines)
+    counts = {name: int(count) for name, count, _ in found if count.isdecimal()}
     assert sum(counts[name] for name in counts if name[0].isalpha()) == 17
-    obeyed = {name: float(share) for name, count, share in cells if count.isdecimal()}
+    obeyed = {name: float(share) for name, count, share in found if count.isdecimal()}
     assert obeyed["fine"] > 0.8
     assert obeyed["fine"] > obeyed["TOO_QUIET"]

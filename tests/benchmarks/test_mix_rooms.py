@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 import pytest
 import soundfile
-from recordings import FIXTURES, ROOT
+from benchmark_programs import printed
+from recordings import FIXTURES
 
 RATE = 16_000
 NAMES = [f"speaker-{number}" for number in range(99)]
@@ -41,12 +40,9 @@ def manifest(tmp_path: Path) -> Path:
 def test_only_those_who_were_held_back_speak_in_sound_of_the_level_that_is_asked_for(
     manifest: Path, tmp_path: Path
 ) -> None:
-    script = ROOT / "benchmarks" / "mix_rooms.py"
     out = tmp_path / "rooms"
-    command = [sys.executable, str(script), str(out), str(manifest), "--held-back"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "1 commands and 1 near-misses" in done.stdout
+    lines = printed("mix_rooms", out, manifest, "--held-back")
+    assert "1 commands and 1 near-misses" in "\n".join(lines)
     said = json.loads((out / "said.json").read_text())
     assert len(said) == 9
     assert {text for _, _, text, _ in said["kitchen-10"]} == {"go back", None}
@@ -62,10 +58,8 @@ def test_only_those_who_were_held_back_speak_in_sound_of_the_level_that_is_asked
 def test_with_words_these_are_the_commands_and_what_has_none_of_them_is_a_near_miss(
     manifest: Path, tmp_path: Path
 ) -> None:
-    script, out = ROOT / "benchmarks" / "mix_rooms.py", tmp_path / "rooms"
-    command = [sys.executable, str(script), str(out), str(manifest), "--words"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    out = tmp_path / "rooms"
+    printed("mix_rooms", out, manifest, "--words")
     said = json.loads((out / "said.json").read_text())["motors-10"]
     assert [text for _, _, text, _ in said].count("stop") == 1
     assert len(said) == 2  # "go back" has a word of the list in it

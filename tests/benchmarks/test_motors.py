@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from recordings import FIXTURES, ROOT
+from benchmark_programs import cells, printed
+from recordings import FIXTURES
 
 COMMANDS = FIXTURES / "commands"
 VOICES = ("festival_slt", "flite_slt", "flite_rms", "flite_awb", "festival_ked", "festival_kal")
@@ -31,11 +30,8 @@ def test_stop_is_heard_in_time_above_the_robots_own_motors(tmp_path: Path) -> No
     there = [row for row in rows if row[0].exists()]
     lines = ["path\ttext\tspeaker\tkind\tcondition", *("\t".join(map(str, row)) for row in there)]
     (tmp_path / "some.tsv").write_text("\n".join([*lines, ""]))
-    script = ROOT / "benchmarks" / "motors.py"
-    command = [sys.executable, script, tmp_path / "some.tsv", "--noise", tmp_path / "motors.flac"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    cells = [line[2:-2].split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
-    rows_found = [each for each in cells if len(each) == 3]
+    lines = printed("motors", tmp_path / "some.tsv", "--noise", tmp_path / "motors.flac")
+    rows_found = [each for each in cells(lines) if len(each) == 3]
     found = {name: (int(n), float(share.split()[0])) for name, n, share in rows_found}
     stops, in_time = found["`stop` in time"]
     assert stops >= 4

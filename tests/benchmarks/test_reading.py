@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import re
 import runpy
-import subprocess
-import sys
 
 import pytest
+from benchmark_programs import printed
 from recordings import ROOT
 
-BENCHMARK = ROOT / "benchmarks" / "reading.py"
-
-PROGRAM = runpy.run_path(str(BENCHMARK))
+PROGRAM = runpy.run_path(str(ROOT / "benchmarks" / "reading.py"))
 
 grade, sentences = PROGRAM["grade"], PROGRAM["sentences"]
 
 
 def test_readme_takes_four_minutes_and_most_sentences_of_the_documents_are_easy() -> None:
-    call = [sys.executable, BENCHMARK, "--count", "3", "--worst", "2"]
-    printed = subprocess.run(call, capture_output=True, text=True, check=True).stdout
-    readme, docs, *rest = printed.splitlines()
+    readme, docs, *rest = printed("reading", "--count", 3, "--worst", 2)
     assert float(re.findall(r"([\d.]+) minutes", readme)[0]) <= 4
     middle, high = map(float, re.findall(r"(?:grade|above) ([\d.]+)", docs))
     assert middle <= 6

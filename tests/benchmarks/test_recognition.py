@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from recordings import FIXTURES, ROOT
+from benchmark_programs import cells, printed
+from recordings import FIXTURES
 
 COMMANDS = FIXTURES / "commands"
 HEADER = "path\ttext\tspeaker\tkind\tcondition\n"
@@ -18,12 +17,6 @@ CLIPS = (
     f"{COMMANDS}/flite_rms__go_back.flac\tgo back\trms\tcommand\tgb\n"
     f"{FIXTURES}/near_misses/flite_awb__start_again.flac\tstart again\tawb\tnear-miss\tgb\n"
 )
-
-
-def call(*arguments: object) -> subprocess.CompletedProcess[str]:
-    script = ROOT / "benchmarks" / "recognition.py"
-    command = [sys.executable, str(script), *map(str, arguments), "--jobs", "1"]
-    return subprocess.run(command, capture_output=True, text=True)
 
 
 @pytest.fixture
@@ -47,10 +40,8 @@ def people(tmp_path: Path) -> Path:
 def test_the_engines_stand_side_by_side(dev: Path, people: Path, tmp_path: Path) -> None:
     (tmp_path / "lists" / "mine").mkdir(parents=True)
     (tmp_path / "lists" / "mine" / "manifest.tsv").write_text(HEADER + CLIPS)
-    run = call(dev, people, "--lists", tmp_path / "lists")
-    assert run.returncode == 0, run.stderr
-    lines = [line for line in run.stdout.splitlines() if line.startswith("|")]
-    rows = {label: figures for label, *figures in (line[2:-2].split(" | ") for line in lines)}
+    lines = printed("recognition", dev, people, "--lists", tmp_path / "lists", "--jobs", 1)
+    rows = {label: figures for label, *figures in cells(lines)}
     assert rows.pop("") == ["voz", "without-network", "pocketsphinx-phone-loop"]
     assert all(len(figures) == 3 for figures in rows.values())
     right = rows["commands right and accepted, American and British"]

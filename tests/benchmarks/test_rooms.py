@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from recordings import FIXTURES, ROOT, Recording
+from benchmark_programs import cells, printed
+from recordings import FIXTURES, Recording
 
 
 @pytest.fixture
@@ -34,20 +33,11 @@ def rooms(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def call(*arguments: object) -> subprocess.CompletedProcess[str]:
-    script = ROOT / "benchmarks" / "rooms.py"
-    command = [sys.executable, str(script), *map(str, arguments), "--jobs", "1"]
-    return subprocess.run(command, capture_output=True, text=True)
-
-
 @pytest.mark.slow
 def test_a_line_for_each_stream(rooms: Path) -> None:
-    run = call(rooms)
-    assert run.returncode == 0, run.stderr
-    lines = [line for line in run.stdout.splitlines() if line.startswith("|")]
-    header, _, quiet, talk = (line[2:-2].split(" | ") for line in lines)
+    header, _, quiet, talk = cells(printed("rooms", rooms, "--jobs", 1))
     assert header[:4] == ["stream", "right and accepted", "gb", "us"]
     assert quiet[:6] == ["quiet", "0.500", "0.000", "1.000", "1", "0 of 1"]
     assert quiet[6].startswith("1 in 0.00")
     assert talk == ["talk", "-", "-", "-", "-", "-", "0 in 0.0006 h (0 to 5902 per hour)"]
-    assert len(call(rooms, "talk").stdout.splitlines()) == 5
+    assert len(printed("rooms", rooms, "talk", "--jobs", 1)) == 5

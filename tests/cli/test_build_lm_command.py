@@ -135,15 +135,6 @@ def test_at_most_ten_lines_warn_of_what_sounds_alike_and_all_if_asked(
     assert all("sound alike" in line for line in every)
 
 
-def test_what_else_sounds_like_a_command_is_shown_in_everyday_words(
-    voz: Any, tmp_path: Path
-) -> None:
-    (tmp_path / "list.txt").write_text("fold arm\nstop\n")
-    lines = voz("build-lm", tmp_path / "list.txt", "--alike").out.splitlines()
-    assert any(line.startswith("fold arm  fold ar") for line in lines), lines
-    assert any(line.startswith("stop ") and "top" in line for line in lines), lines
-
-
 def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) -> None:
     tests = templates.parent / "tests.txt"
     tests.write_text("turn left 5 degrees\n! turn left 6 degrees\nstop\n!\nstop it\n")

@@ -48,20 +48,6 @@ def events(voz: Any, here: Path, *lines: str) -> list[dict[str, Any]]:
     return found
 
 
-def test_a_motion_goes_as_far_as_the_table_says(voz: Any, here: Path) -> None:
-    found = events(voz, here, "avanza", *"-" * 29)
-    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
-    assert driven[:21] == [0.2] * 20 + [0]
-    assert set(driven[21:]) == {0}
-
-
-def test_what_stops_by_another_name_stops(voz: Any, here: Path) -> None:
-    found = events(voz, here, "avanza", "-", "para", "-")
-    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
-    assert driven[:2] == [0.2, 0.2]
-    assert set(driven[2:]) == {0}
-
-
 def test_values_programs_and_questions(voz: Any, here: Path) -> None:
     found = events(voz, here, "luz", "marca", "cuchillo", "si", "cuchillo", "no")
     other = [e for e in found if e["type"] not in ("cmd_vel", "utterance", "attention")]
@@ -176,10 +162,3 @@ def test_a_sound_that_is_not_there_is_told_before_anything_moves(
     assert "cmd_vel" not in result.out
     (here / sound).write_bytes(b"")  # that it is no sound is told when it is played
     assert voz("run", "--text", "typed", "--no-sound").code == 0
-
-
-def test_a_table_that_takes_stop_away_is_refused(voz: Any, here: Path) -> None:
-    (here / "voz.toml").write_text('[commands]\n"stop" = { drive = 0.1 }\n')
-    result = voz("run", "--text", "-", "--no-sound")
-    assert result.code == 2
-    assert '[commands] "stop" is redefined' in result.err

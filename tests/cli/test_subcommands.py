@@ -21,8 +21,6 @@ from voz.cli.subcommands import app
     ("arguments", "said"),
     [
         (["decode"], "PATH"),
-        (["decode", "--threshold", "2", GO_BACK], "threshold"),
-        (["decode", "--threshold", "nan", GO_BACK], "threshold"),
         (["decode", "--threshold", "much", GO_BACK], "--threshold"),
         (["decode", "--search", "magic", GO_BACK], "search"),
         (["decode", "--lm", "nowhere", GO_BACK], "voz build-lm"),

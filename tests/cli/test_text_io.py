@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -72,16 +71,6 @@ def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
     assert "Traceback" not in shown
     assert ("0.1" if more == ["--events", "-"] else "drives forward") in shown
     assert "stands still" in shown or '"linear":0.0' in shown.splitlines()[-1]
-
-
-@pytest.mark.slow
-def test_a_file_whose_name_is_no_text_is_in_the_table_and_in_json(tmp_path: Path) -> None:
-    path = os.fsencode(tmp_path) + b"/\xff\xfe.flac"
-    shutil.copy(GO_BACK, path)
-    table, lines = called("decode", path), called("decode", "--json", path)
-    assert (table.returncode, lines.returncode) == (0, 0)
-    assert rb"\xff\xfe.flac" in table.stdout
-    assert json.loads(lines.stdout)["file"].endswith(r"/\xff\xfe.flac")
 
 
 def test_file_names_cannot_write_on_the_terminal(tmp_path: Path) -> None:

@@ -90,14 +90,6 @@ def rates_of_20(counting: Program) -> list[float]:
     return [float(rate) for rate in told]
 
 
-def test_rostopic_reads_what_is_published(ros: Ros) -> None:
-    _, client = driving(ros)
-    client.say("go back")
-    client.wait_for_velocity(-0.1, 0)
-    echoed = ros.call("rostopic", "echo", "-n", "1", "/cmd_vel").stdout
-    assert "linear: \n  x: -0.1\n" in echoed
-
-
 def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
     _, client = driving(ros, "_listening:=false", "_sound:=ros", topics=("/robotsound",))
     client.say("start speech")

@@ -129,16 +129,6 @@ def test_a_name_needs_the_control_in_the_same_node(ros: Ros, tmp_path: Path) -> 
     assert "need recognizer and control in one node; start the node `voz`" in line
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("value", ["nan", "inf", "-1", "1.5"])
-def test_a_parameter_out_of_range_is_one_line(ros: Ros, value: str) -> None:
-    done = ros.call(str(ROOT / "ros" / "scripts" / "recognizer"), f"_threshold:={value}")
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("recognizer: a parameter of the node cannot be used: Expected `float`")
-    assert line.endswith("- at `$.recognition.threshold`; correct it")
-
-
 def test_of_two_that_start_it_at_once_only_the_last_one_hears(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -132,13 +132,6 @@ def test_it_says_that_the_master_is_lost_and_lets_nothing_move(ros: Ros) -> None
     client.wait_for_velocity(0, 0, "/base")
 
 
-def test_without_a_master_it_cannot_be_opened(ros: Ros) -> None:
-    ros.master.kill()
-    done = robot(ros)
-    assert done.wait() == 1
-    assert done.text.startswith("there is no ROS master at http://127.0.0.1")
-
-
 @pytest.mark.realtime
 def test_voz_run_drives_it_and_tells_where_the_simulated_robot_is(ros: Ros) -> None:
     client = ros.client("/robot1/cmd_vel", "/robot1/odom", "/tf", "/robot1/selected_object")

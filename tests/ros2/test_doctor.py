@@ -67,16 +67,6 @@ def test_a_base_that_stops_by_itself_is_well_and_hears_zero_last(
     assert [line["angular"] for line in heard] == [0.2] * (len(heard) - 1) + [0]
 
 
-def test_a_base_that_drives_on_is_told_of_and_hears_zero_last(
-    start: Callable[[float], Program],
-) -> None:
-    base = start(1000)
-    found = findings(*DRIVE)[BASE]
-    assert not found["well"]
-    assert "drives on at 0.20 rad/s" in found["told"]
-    base.wait_for(lambda line: line["angular"] == 0)
-
-
 def test_without_a_base_nobody_listens_and_nothing_is_driven(tmp_path: Path) -> None:
     (settings := tmp_path / "voz.toml").write_text("[ros2]\nwait = 0.2\n")
     found = findings(*DRIVE, "--config", str(settings))

@@ -247,23 +247,15 @@ def test_a_namespace_is_that_of_the_node(base: Base) -> None:
         node.wait_for(is_twist(0.1))
 
 
-def test_a_base_that_starts_again_is_found_again(base: Base) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_base_that_is_ended_or_killed_is_lost_and_its_successor_is_not(
+    number: int, base: Base
+) -> None:
     first = base()
     with opened(Ros2(wait=30)) as (robot, _):
-        first.end(signal.SIGINT)
+        first.end(number)
         drive(robot, until=robot.lost)
-        assert robot.lost() == "nobody listens to /cmd_vel"
-        second = base()
-        drive(robot, until=lambda: robot.lost() is None)
-        robot.receive(Twist(100.0, 0.1, 0.0))
-        second.wait_for(is_twist(0.1))
-
-
-def test_a_base_that_is_killed_is_lost_and_its_successor_is_not(base: Base) -> None:
-    first = base()
-    with opened(Ros2(wait=30)) as (robot, _):
-        first.end(signal.SIGKILL)
-        drive(robot, until=robot.lost)
+        assert robot.lost() == "nobody listens to /cmd_vel" or number == signal.SIGKILL
         second = base()
         drive(robot, until=lambda: robot.lost() is None)
         robot.receive(Twist(100.0, 0.1, 0.0))

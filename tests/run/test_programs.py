@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
-from programs import PATIENCE
+from programs import PATIENCE, is_alive, wait_until
 
 from voz.config import Config
 from voz.control.steps import Step
@@ -95,17 +93,15 @@ def test_one_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
     with Programs(NONE, said.put, print) as programs:
         programs.receive(StartProgram(0, ("sh", "-c", script), 0.5))
         assert ended(said) == ProgramEnded(0, "sh", "was ended after 0.5 s")
-    assert is_gone(int(child.read_text()))
+    wait_until(lambda: not is_alive(int(child.read_text())))
 
 
 def test_the_end_of_the_run_ends_them(tmp_path: Path) -> None:
     child = tmp_path / "child"
     with Programs(NONE, lambda _: None, print) as programs:
         programs.receive(StartProgram(0, ("sh", "-c", f"echo $$ > {child}; exec sleep 600")))
-        until = time.monotonic() + PATIENCE
-        while not (child.exists() and child.read_text()) and time.monotonic() < until:
-            time.sleep(0.01)
-    assert is_gone(int(child.read_text()))
+        wait_until(lambda: child.exists() and child.read_text())
+    wait_until(lambda: not is_alive(int(child.read_text())))
 
 
 def test_too_many_are_not_started() -> None:
@@ -173,18 +169,3 @@ def test_a_module_that_ends_the_program_is_told(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=r"imported \(SystemExit \(ends_at_once.py, line 3\)\)$"):
         Programs(table(grip=Step(call=("ends_at_once:close",))), lambda _: None, print)
-
-
-def is_gone(pid: int) -> bool:
-    """Whether a process has ended, or is about to be reaped by whoever has inherited it."""
-    until = time.monotonic() + PATIENCE
-    while time.monotonic() < until:
-        try:
-            os.kill(pid, 0)
-            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-        except (ProcessLookupError, FileNotFoundError):
-            return True
-        if state == "Z":
-            return True
-        time.sleep(0.01)
-    return False

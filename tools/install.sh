@@ -69,7 +69,11 @@ install_packages() {
     exit 2
 }
 
+broker=/usr/sbin/mosquitto
+[ ! -x $broker ] || broker=
 install_packages "$packages" "$why"
+# Debian starts the broker that it installs; the tests start their own.
+[ ! -x "$broker" ] || $sudo systemctl disable --quiet --now mosquitto 2>/dev/null || true
 
 if ! "$python" -c "import sys; sys.exit(sys.version_info < (3, 10))"; then
     echo "voz needs Python 3.10 or newer, $python is $("$python" -V); set PYTHON to another" >&2

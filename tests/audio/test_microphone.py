@@ -111,6 +111,25 @@ def test_a_microphone_that_is_taken_away_is_one_line(
     assert error_of(process) in ("the microphone is gone; connect it and start again\n",)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("device", ["", "headset"])
+def test_a_source_that_is_taken_away_ends_it_though_the_server_has_another_one(
+    device: str, own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]], tmp_path: Path
+) -> None:
+    environment, _ = own_pulse
+
+    def pactl(call: str) -> str:
+        return subprocess.check_output(["pactl", *call.split()], env=environment, text=True)
+
+    headset = pactl("load-module module-remap-source master=mic.monitor source_name=headset")
+    pactl("set-default-source headset")
+    process = listen(environment, tmp_path / "heard.raw", device=device, seconds=60)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "listening\n"
+    pactl(f"unload-module {headset}")
+    assert error_of(process) == "the microphone is gone; connect it and start again\n"
+
+
 def test_missing_portaudio_gives_the_line_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)

@@ -26,6 +26,9 @@ from voz.errors import AudioError
 PULSE_DEVICE = "pulse"
 """PortAudio's name of the sound server."""
 
+SERVED_DEVICES = (PULSE_DEVICE, "default")
+"""Devices by which the server chooses the source; the second is the server if one runs."""
+
 SOURCE_VARIABLE = "PULSE_SOURCE"
 
 ONLY_SILENCE = "the microphone gives only silence"
@@ -50,9 +53,17 @@ class PulseSource(NamedTuple):
 
 def list_sources() -> list[PulseSource]:
     """The sources that `pactl` lists; none without it or without a server."""
+    return [
+        PulseSource(name, int(channels), int(rate))
+        for name, channels, rate in _LINE.findall(_pactl("list", "short", "sources"))
+    ]
+
+
+def _pactl(*call: str) -> str:
+    """What `pactl` prints; nothing without it or without a server."""
     try:
         done = subprocess.run(
-            ["pactl", "list", "short", "sources"],
+            ["pactl", *call],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -61,11 +72,8 @@ def list_sources() -> list[PulseSource]:
             check=True,
         )
     except (OSError, subprocess.SubprocessError):
-        return []
-    return [
-        PulseSource(name, int(channels), int(rate))
-        for name, channels, rate in _LINE.findall(done.stdout)
-    ]
+        return ""
+    return done.stdout
 
 
 @contextmanager
@@ -268,11 +276,12 @@ class Microphone:
 
 
 @contextmanager
-def ends_with_its_source(microphone: Microphone, source: str | None) -> Iterator[None]:
-    """End a microphone in a `with` block when its source is gone; None is no source.
+def ends_with_its_source(microphone: Microphone, chosen: Device) -> Iterator[None]:
+    """End a microphone in a `with` block when the source that it records from is gone.
 
     A sound server would go on with another one, which may be far from who speaks.
     """
+    source = _source_of(chosen)
     if source is None:
         yield
         return
@@ -295,6 +304,16 @@ def ends_with_its_source(microphone: Microphone, source: str | None) -> Iterator
             watching.join()
 
 
+def _source_of(device: Device) -> str | None:
+    """The source of the sound server that a device records from now; None if there is none."""
+    if device.is_source:
+        return device.name
+    if device.name not in SERVED_DEVICES:
+        return None
+    usual = os.environ.get(SOURCE_VARIABLE) or _pactl("get-default-source").strip()
+    return usual if usual in [each.name for each in list_sources()] else None
+
+
 @contextmanager
 def open_microphone(device: str | None = None) -> Iterator[Microphone]:
     """Open a microphone for a `with` block: a number, or a part of a name; None is the default.
@@ -306,11 +325,10 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
     chosen = choose_microphone(device)
     settings = _settings(sounddevice, chosen)
     microphone = Microphone(chosen.name, settings.rate, settings.channels)
-    source = chosen.name if chosen.is_source else None
     try:
         with (
-            ends_with_its_source(microphone, source),
-            pulse_source_selected(source),
+            ends_with_its_source(microphone, chosen),
+            pulse_source_selected(chosen.name if chosen.is_source else None),
             open_stream(
                 "RawInputStream",
                 samplerate=settings.rate,

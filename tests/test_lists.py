@@ -30,14 +30,6 @@ def some_clips(name: str) -> list[Fixture]:
 
 
 @every_list
-def test_a_list_has_ten_to_forty_commands_of_one_to_five_words(name: str) -> None:
-    commands = lines(LISTS / f"{name}.txt")
-    assert 10 <= len(set(commands)) == len(commands) <= 40
-    assert "stop" in commands
-    assert {len(command.split()) for command in commands} == {1, 2, 3, 4, 5}
-
-
-@every_list
 def test_every_word_of_a_list_is_in_the_dictionary(name: str, tmp_path: Path) -> None:
     built = build(LISTS / f"{name}.txt", tmp_path)
     assert built.sentences == len(lines(LISTS / f"{name}.txt"))

@@ -40,9 +40,6 @@ def meant(said: str, *shows: str) -> Call:
     return Call(f"parse --lm lm --json {shlex.quote(said)}", shows)
 
 
-RUN = "run --text said.txt --listening --no-sound"
-
-
 def fixture() -> np.ndarray[Any, np.dtype[np.float64]]:
     samples, rate = soundfile.read(GO_BACK)
     assert rate == SAMPLE_RATE
@@ -164,16 +161,6 @@ INPUTS: Mapping[str, tuple[dict[str, File], tuple[Call, ...]]] = {
     "a header without its end": (
         {"a.gram": "#JSGF V1.0;\ngrammar lamp\npublic <c> = on;\n"},
         (refused("a.gram", 'a.gram:2:12: write ";" at the end of this line'),),
-    ),
-    "capitals and signs in voz.toml": (
-        {
-            "a.txt": "Turn-On Pump\nrock & roll\nwait 2 seconds\nStop\n",
-            "voz.toml": '[commands]\n"turn-on pump" = { publish = 1, topic = "p" }\n'
-            '"Rock & Roll" = { publish = 2, topic = "r" }\n'
-            '"wait 2 seconds" = { publish = 3, topic = "w" }\n',
-            "said.txt": "turn on pump\nROCK and roll\nwait two seconds\n",
-        },
-        (built("a.txt"), Call(f"{RUN} --lm lm", ("p: 1", "r: 2", "w: 3"), never=("add it",))),
     ),
     "acronyms": (
         {"a.txt": "stop\nGPIO on\nIMU reset\nlidar off\nRFID\nNASA\nPWM up\n"},

@@ -212,19 +212,6 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
 
 
 @pytest.mark.realtime
-def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
-    arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
-    begun = time.monotonic()
-    clocked = voz(*arguments, "--realtime")
-    assert time.monotonic() - begun > 0.4
-    # How many beats a busy machine has time for is not its matter: tests/run/test_clocks.py.
-    offline = voz(*arguments)
-    assert said(clocked) == said(offline)
-    assert changes(clocked) == changes(offline) == [(0.1, 0), (0, 0)]
-    assert "drives forward" in clocked.err
-
-
-@pytest.mark.realtime
 def test_a_robot_of_ten_lines_gets_every_velocity_and_zero_last(
     voz: Any, typed: Path, serial_robot: SerialPort
 ) -> None:

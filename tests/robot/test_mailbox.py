@@ -391,15 +391,6 @@ def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped(
     assert robot.closed == 1
 
 
-def test_a_robot_that_cannot_be_opened_says_so_at_once() -> None:
-    class Shut(Recorder):
-        def open(self) -> None:
-            raise RobotError("no such port")
-
-    with pytest.raises(RobotError, match="no such port"), Mailbox("mine", Shut()):
-        raise AssertionError
-
-
 def test_a_robot_that_returns_no_text_when_asked_at_its_opening_is_closed() -> None:
     robot = Recorder()
     robot.lost = object  # type: ignore[assignment,method-assign]

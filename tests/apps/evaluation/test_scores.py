@@ -211,13 +211,6 @@ def test_a_lower_rate_misses_more_and_lets_less_through() -> None:
     assert even.talk == alarm_rate(11, hours=2.1)
 
 
-def test_what_must_not_be_missed_needs_less() -> None:
-    results = [result("command", 0.45), result("command", 0.45, "stop")]
-    settings = Recognition(missed_cost=2)
-    even = operating_points(results, MODEL, settings, COMMANDS)[RATES.index(1.0)]
-    assert even.missed == 0.5
-
-
 def test_any_sentence_of_a_template_that_must_not_be_missed_needs_less() -> None:
     results = [result("command", 0.45), result("command", 0.45, "halt now")]
     commands = commands_of("go back\nstop: halt now")

@@ -10,16 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
-import soundfile
 from calls import VOZ, in_process
 from live_robot import AT_REST, LiveRobot, live_robot, moves, rests, speak, velocity
 from recordings import FIXTURES
 
 import voz
-from voz.audio import SAMPLE_RATE
-from voz.audio.sound_files import read_blocks
 from voz.events import Event, Notice, Partial, Utterance
 
 pytestmark = pytest.mark.slow
@@ -27,13 +23,6 @@ pytestmark = pytest.mark.slow
 
 def clip(text: str, voice: str = "festival_slt") -> Path:
     return FIXTURES / "commands" / f"{voice}__{text.replace(' ', '_')}.flac"
-
-
-def spoken(path: Path) -> np.ndarray:
-    """A clip without the silence around it."""
-    samples = np.concatenate(list(read_blocks(path)))
-    loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())
-    return samples[loud[0] : loud[-1] + 1]
 
 
 def say(robot: LiveRobot, environment: dict[str, str], text: str) -> None:
@@ -168,19 +157,6 @@ def test_s7_a_signal_ends_with_zero_velocity_as_the_last_event(
     assert rests(robot.arrived[-1].event)
     assert moves(robot.arrived[-2].event)
     assert "Traceback" not in robot.words
-
-
-@pytest.mark.realtime
-def test_two_commands_close_together_are_both_obeyed(
-    robot: LiveRobot, pulse: dict[str, str], tmp_path: Path
-) -> None:
-    pause = np.zeros(int(0.3 * SAMPLE_RATE), np.int16)
-    both = [spoken(clip("go forward")), pause, spoken(clip("turn left")), pause]
-    soundfile.write(tmp_path / "both.wav", np.concatenate(both), SAMPLE_RATE)
-    heard = speak_in_time(robot, pulse, tmp_path / "both.wav", commands=2)
-    assert [event["text"] for event in heard] == ["go forward", "turn left"]
-    assert all(event["obeyed"] for event in heard)
-    robot.wait_for(lambda event: event["type"] == "cmd_vel" and event["angular"] == 0.1)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,3 +14,10 @@ def own_commands(tmp_path: Path) -> Path:
     path.parent.mkdir()
     path.write_text("# for my arm\nOpen Gripper\r\ngo back\nstop\n")
     return path
+
+
+@pytest.fixture
+def here(voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder in which the command is called, after the fixture that goes to another."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

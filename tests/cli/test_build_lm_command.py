@@ -13,37 +13,28 @@ from documents import written
 from recordings import GO_BACK, ROOT
 
 
-def test_own_commands_are_built_and_understood(
-    voz: Any, own_commands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_own_commands_are_built_and_understood(voz: Any, own_commands: Path, here: Path) -> None:
     result = voz("build-lm")
     assert result.code == 0
     assert "3 sentences, 5 words" in result.out
-    wav = tmp_path / "gripper.wav"
+    wav = here / "gripper.wav"
     assert voz("say", "open gripper", "--out", wav).code == 0
     (heard,) = voz("decode", "--json", wav).json
     assert (heard["text"], heard["accepted"]) == ("open gripper", True)
 
 
-def test_without_a_list_that_of_voz_is_built(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_without_a_list_that_of_voz_is_built(voz: Any, here: Path) -> None:
     for options, command in (([], "go forward"), (["--language", "es"], "avanza")):
         assert voz("build-lm", *options).code == 0
-        assert f"<s> {command} </s>" in (tmp_path / "lm/comandos_voz.sent").read_text().splitlines()
+        assert f"<s> {command} </s>" in (here / "lm/comandos_voz.sent").read_text().splitlines()
         assert voz("build-lm", *options, "--check").out == "lm: up to date\n"
 
 
-def test_without_a_list_files_that_another_one_made_are_kept(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.txt").write_text("open gripper\nclose gripper\n")
+def test_without_a_list_files_that_another_one_made_are_kept(voz: Any, here: Path) -> None:
+    (here / "mine.txt").write_text("open gripper\nclose gripper\n")
     assert voz("build-lm", "mine.txt", "--out", "lm").code == 0
     assert "lm/comandos_voz.txt: cannot be read" in voz("build-lm").complaint
-    assert "open gripper" in (tmp_path / "lm/comandos_voz.sent").read_text()
+    assert "open gripper" in (here / "lm/comandos_voz.sent").read_text()
 
 
 def test_check_names_the_stale_files(voz: Any, own_commands: Path) -> None:

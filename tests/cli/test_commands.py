@@ -22,16 +22,15 @@ TABLE = """
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, voz: Any) -> Path:
+def here(here: Path, voz: Any) -> Path:
     """A folder with the user's own list and table."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "voz.toml").write_text(TABLE)
+    (here / "voz.toml").write_text(TABLE)
     words = "avanza\npara\nluz\nmarca\nagain\ncuchillo\nsi\nno\n"
-    (tmp_path / "list.txt").write_text(words)
+    (here / "list.txt").write_text(words)
     said = "\n".join(f"{word}\tS IY" for word in words.split() if word not in ("again", "no"))
-    (tmp_path / "pronunciations.txt").write_text(said + "\n")
+    (here / "pronunciations.txt").write_text(said + "\n")
     assert voz("build-lm", "list.txt", "--out", "lm").code == 0
-    return tmp_path
+    return here
 
 
 def last(result: Result) -> str:

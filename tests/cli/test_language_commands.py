@@ -17,25 +17,22 @@ from spanish import RULES, spanish
 from voz.language.build import build
 
 
-def test_the_list_in_use_is_shown_and_becomes_a_page(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_list_in_use_is_shown_and_becomes_a_page(voz: Any, here: Path) -> None:
     shown = voz("commands")
     assert "  go forward      drives forward at 0.1 m/s\n" in shown.out
     for name in ("commands.txt", "voz.toml"):
-        (tmp_path / name).write_bytes((ROOT / "examples" / "drone" / name).read_bytes())
-    build(tmp_path / "commands.txt", tmp_path / "lm")
+        (here / name).write_bytes((ROOT / "examples" / "drone" / name).read_bytes())
+    build(here / "commands.txt", here / "lm")
     made = voz("commands", "--card")
     assert made.err.endswith("written: commands.html; open it in a browser and print it\n")
-    page = (tmp_path / "commands.html").read_text()
+    page = (here / "commands.html").read_text()
     assert "<strong>stop</strong>" in page
     assert "turn <i>side</i> <i>angle</i> degrees" in page
     assert "<dd>15 to 180, by 15</dd>" in page
     refused = voz("commands", "--card", "--out", "commands.txt")
     assert refused.code == 2
     assert "commands.txt: " in refused.err
-    (tmp_path / "lm" / "comandos_voz.templates").unlink()
+    (here / "lm" / "comandos_voz.templates").unlink()
     assert "does not tell from which list" in voz("commands", "--lm", "lm").err
 
 
@@ -174,11 +171,10 @@ DOCUMENTED = (ROOT / "docs" / "languages.md").read_text(encoding="utf-8")
     [*zip(FIRST_LINE.findall(DOCUMENTED), SECOND_LINE.findall(DOCUMENTED), strict=True)],
 )
 def test_the_three_lines_of_the_guide_work_in_each_language(
-    words: str, language: str, voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    words: str, language: str, voz: Any, here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     commands = words.replace("\\n", "\n")
-    (tmp_path / "commands.txt").write_text(commands, encoding="utf-8")
+    (here / "commands.txt").write_text(commands, encoding="utf-8")
     build_lm = voz("build-lm", "commands.txt", "--language", language, "--out", "lm")
     assert build_lm.code == 0, build_lm.err
     for command in commands.split():

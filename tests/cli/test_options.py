@@ -12,11 +12,9 @@ from voz.cli.options import CommonOptions
 
 
 @pytest.fixture
-def here(tmp_path: Path, voz: Any, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder in which the command is called, after the fixture that goes to another."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "typed.txt").write_text("start speech\ngo forward\n")
-    return tmp_path
+def here(here: Path) -> Path:
+    (here / "typed.txt").write_text("start speech\ngo forward\n")
+    return here
 
 
 SLOW = "[safety]\nmax_linear = 0.05\n"

@@ -61,10 +61,7 @@ def test_what_does_nothing_is_told(
     assert (result.code, result.err) == (0, told)
 
 
-def test_what_the_table_has_and_nobody_can_say_is_told(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_what_the_table_has_and_nobody_can_say_is_told(voz: Any, here: Path) -> None:
     own = '[commands]\nb.say = "b"\nstop = { stop = true }\n'
     Path("voz.toml").write_text(f'{own}[states.menu]\nc.say = "c"\nb.say = "b"\nd.say = "d"\n')
     result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
@@ -77,9 +74,8 @@ def test_what_the_table_has_and_nobody_can_say_is_told(
     [("Open Gripper", "Open Gripper"), ("open gripper", " Open  gripper!"), ("go two", "Go 2")],
 )
 def test_names_in_voz_toml_are_read_as_typed_text_is(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, key: str
+    voz: Any, here: Path, line: str, key: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     Path("list.txt").write_text(f"{line}\nSTOP\n", "utf-8")
     Path("voz.toml").write_text(f'[commands]\n"{key}" = {{ say = "done" }}\n', "utf-8")
     assert voz("build-lm", "list.txt", "--out", "lm").code == 0
@@ -98,9 +94,8 @@ def test_who_types_help_reads_what_may_be_said(voz: Any) -> None:
 
 
 def test_who_asks_aloud_what_it_can_do_hears_three_commands_of_the_list(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    voz: Any, here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     own = "stop\ngo forward\nturn left\ndance\nhelp: what can you do\ngo back\n"
     Path("list.txt").write_text(own)
     Path("voz.toml").write_text(
@@ -113,10 +108,7 @@ def test_who_asks_aloud_what_it_can_do_hears_three_commands_of_the_list(
     assert 'robot says "you can say go forward, turn left or dance"' in result.out
 
 
-def test_who_is_not_listened_to_is_told_the_words_of_the_list(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_who_is_not_listened_to_is_told_the_words_of_the_list(voz: Any, here: Path) -> None:
     Path("list.txt").write_text("wake: hello robot [please]\nstop\ngo back\n")
     Path("voz.toml").write_text('[commands]\nwake = { listen = true, say = "hi" }\n')
     assert voz("build-lm", "list.txt", "--out", "lm").code == 0
@@ -125,10 +117,7 @@ def test_who_is_not_listened_to_is_told_the_words_of_the_list(
     assert 'heard    "go back" (1.00)' in result.out
 
 
-def test_a_command_that_is_defined_twice_is_refused(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_command_that_is_defined_twice_is_refused(voz: Any, here: Path) -> None:
     twice = '[commands]\n"go back" = { drive = -0.2 }\n"Go Back" = { drive = -0.1 }\n'
     Path("voz.toml").write_text(twice)
     result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
@@ -136,10 +125,7 @@ def test_a_command_that_is_defined_twice_is_refused(
     assert 'voz.toml:3: "Go Back" is "go back", which is there twice; remove one' in result.err
 
 
-def test_a_command_that_must_not_be_missed_and_is_in_no_list_is_named(
-    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_command_that_must_not_be_missed_and_is_in_no_list_is_named(voz: Any, here: Path) -> None:
     Path("voz.toml").write_text('[recognition]\nnever_missed = ["stop", "go forward", "stopp"]\n')
     result = voz("run", "--text", "-", "--no-sound", typed="stop\n")
     assert 'no line of the list of commands is "stopp": add it' in result.err

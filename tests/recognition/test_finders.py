@@ -141,6 +141,15 @@ def test_what_is_one_phone_away_from_a_command_is_less_likely_than_the_command(
     assert heard.probability < 0.5 < understood(network_finder, cut["go back"]).probability
 
 
+def test_what_must_not_be_missed_is_not_doubted_for_what_is_one_phone_away(
+    cut: dict[str, Segment], tmp_path: Path
+) -> None:
+    careful = finder(built(["go bag"], tmp_path), Recognition(never_missed=("go bag",)))
+    heard = understood(careful, cut["go back"])
+    assert heard.text == "go bag"
+    assert heard.probability > 0.8
+
+
 def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
     cut: dict[str, Segment], tmp_path: Path
 ) -> None:

@@ -140,14 +140,13 @@ class NetworkFinder:
         likely = probability(self._model, values)
         speech = self._speech_probability(segment, offset + match.begin, offset + match.end, likely)
         other = self._rival(heard, ranking)
-        lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
         return Hypothesis(
             segment,
             ranking.text,
             spoken_until=_in_stream(segment, offset + match.end),
             features=values,
             speech_probability=speech,
-            probability=likely * speech * own_word_probability(lead),
+            probability=likely * speech * self._own_word_probability(heard, ranking),
             why_refused=partial(
                 self._why_refused, segment, heard.likelihoods, ranking, speech, other
             ),
@@ -220,11 +219,27 @@ class NetworkFinder:
     def _rival(self, heard: _Compared, ranking: Ranking) -> Rival | None:
         """The rival of the best command; commands that must not be missed have none."""
         said = self._commands.parse(ranking.text)
-        if said is None or not said.slots or said.is_one_of(self._never_missed):
+        if said is None or not said.slots or self._is_never_missed(ranking.text):
             return None
         found = heard.found or self._searched(heard.likelihoods)
         begun = Begun(*found.best_begun(said.text)) if found else None
         return find_rival(ranking, self._commands.parse, begun)
+
+    def _own_word_probability(self, heard: _Compared, ranking: Ranking) -> float:
+        """The probability that no rival word was said; 1 for commands that must not be missed.
+
+        What sounds like `stop`, as "stock", may stop the robot; a `stop` that is taken for it
+        must not drive on.
+        """
+        if self._is_never_missed(ranking.text):
+            return 1.0
+        match = ranking.matches[ranking.text]
+        lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
+        return own_word_probability(lead)
+
+    def _is_never_missed(self, text: str) -> bool:
+        said = self._commands.parse(text)
+        return said is not None and said.is_one_of(self._never_missed)
 
     def _ranking(
         self, likelihoods: PhoneLikelihoods, proposed: str, center: str, answers: Sequence[str]

@@ -176,6 +176,19 @@ def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
         assert robot.command("go forward", page=secret, stops=1).json()["obeyed"]
 
 
+def test_s5_the_robot_stops_when_another_page_drives_at_once_in_place_of_one_that_is_closed(
+    robot: PageRobot,
+) -> None:
+    with opened(robot) as second, opened(robot) as first:
+        first.start_driving()
+        assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
+        first.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
+        since = robot.since
+        first.socket.close()
+        second.start_driving()  # before the beat has looked whether the first is there
+        robot.robot.wait_for(rests, since)
+
+
 @pytest.mark.realtime
 def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRobot) -> None:
     since = robot.since

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import tempfile
 import time
@@ -35,6 +36,7 @@ def free_domain() -> Iterator[int]:
             try:
                 yield int(path.name)
             finally:
+                gc.collect()  # what this process has in it still
                 os.utime(path)
             return
     raise AssertionError("all domains are taken")

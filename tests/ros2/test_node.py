@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -37,6 +38,14 @@ def malformed() -> Iterator[bytes]:
     chance = random.Random(1)
     for _ in range(30):
         yield chance.randbytes(chance.randrange(800))
+
+
+def test_a_node_left_in_a_circle_of_objects_is_gone_and_the_domain_can_be_joined_again() -> None:
+    circle: list[Any] = [Ros2Node(Ros2())]
+    circle.append(circle)
+    del circle
+    gc.collect()
+    Ros2Node(Ros2())
 
 
 def test_a_robot_drives_on_though_odometry_comes_that_cannot_be_read(

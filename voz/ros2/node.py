@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 from xml.sax.saxutils import quoteattr
 
-from cyclonedds.core import DDSException, ReadCondition
+from cyclonedds.core import DDSException, Entity, ReadCondition
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.internal import InvalidSample
@@ -183,11 +183,29 @@ RELIABLE = Policy.Reliability.Reliable(max_blocking_time=MAX_BLOCKING_TIME)
 FINAL_ACK_TIMEOUT = 0.3
 """How long an end waits for the last velocity to be acknowledged, s."""
 
-_domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
+
+class _Deleted(Entity):
+    """An entity that Cyclone deletes with its object, also with one of a circle of objects.
+
+    Its own way looks the object up among weak references, which Python takes away from a circle
+    before it calls `__del__`: the entity stayed in the domain, which could not be joined again.
+    """
+
+    def __del__(self) -> None:
+        if hasattr(self, "_ref"):
+            self._entities.pop(self._ref, None)
+            self._delete(self._ref)
+
+
+class _Domain(_Deleted, Domain):
+    """A domain, which ends with its object."""
+
+
+_domains: WeakValueDictionary[int, _Domain] = WeakValueDictionary()
 """A process can be in a domain only once."""
 
 
-class _Participant(DomainParticipant):
+class _Participant(_Deleted, DomainParticipant):
     """Keeps a reference to its domain, which ends with the last one."""
 
     def __init__(self, number: int) -> None:
@@ -196,10 +214,10 @@ class _Participant(DomainParticipant):
         super().__init__(number)
 
 
-def _domain(number: int) -> Domain:
+def _domain(number: int) -> _Domain:
     configuration = cyclone_settings(os.environ)
     check_cyclone(number, configuration, os.environ)
-    return Domain(number, configuration)
+    return _Domain(number, configuration)
 
 
 class Ros2Node:

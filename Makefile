@@ -67,13 +67,13 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(COUNTED)
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --ignore=tests/control
 
-# The first numpy that is allowed loads more of itself than later ones.
+# The first numpy that is allowed loads more of itself than later ones. docopt has no wheel.
 lowest: ## Run the quick tests with the lowest versions of packages that pyproject.toml allows
 	@sh tools/install.sh tests
 	[ -x .venv-lowest/bin/uv ] || python3 -m venv .venv-lowest
 	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check uv
 	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python --resolution lowest-direct \
-		--only-binary :all: --no-binary voz-robot --editable ".[dev]"
+		--only-binary :all: --no-binary voz-robot --no-binary docopt --editable ".[dev]"
 	.venv-lowest/bin/python -m pytest -q -W default -m "not slow and not realtime" tests/control $(PURE) \
 		--deselect tests/audio/test_levels.py::test_to_understand_a_recording_loads_neither_masked_arrays_nor_openssl
 

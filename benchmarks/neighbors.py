@@ -30,9 +30,8 @@ from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.language_files import find_language
-from voz.recognition.confidence import multiply_odds
 from voz.recognition.language import Language, load_language
-from voz.recognition.thresholds import ASK_BACK_ODDS_FACTOR
+from voz.recognition.thresholds import asked_from
 from voz.settings import Recognition
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
@@ -121,11 +120,6 @@ def curve(heard: Sequence[Heard]) -> list[str]:
         for t in needed
     ]
     return [str(len(commands)), str(len(others)), *shares]
-
-
-def asked_from(threshold: float) -> float:
-    """The confidence from which on the robot asks back, by the one that a command needs."""
-    return multiply_odds(threshold, 1 / ASK_BACK_ODDS_FACTOR)
 
 
 def table(heard: Sequence[Heard], phones_of: Callable[[str], int]) -> str:

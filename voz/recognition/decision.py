@@ -23,9 +23,9 @@ from voz.recognition.network.score import Ranking
 from voz.recognition.pocketsphinx.evidence import Evidence, word_ratio
 from voz.recognition.thresholds import (
     ANSWER_ODDS_FACTOR,
-    ASK_BACK_ODDS_FACTOR,
     MIN_MEANING_SHARE,
     NAME_THRESHOLD,
+    asked_from,
     thresholds_of,
 )
 from voz.settings import Recognition
@@ -168,7 +168,7 @@ class Decision:
         threshold, _, may_ask = self.required
         if threshold is None or not may_ask:
             return False
-        return self.confidence >= multiply_odds(threshold, 1 / ASK_BACK_ODDS_FACTOR)
+        return self.confidence >= asked_from(threshold)
 
     @property
     def why_refused(self) -> Refusal:

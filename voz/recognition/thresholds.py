@@ -87,6 +87,11 @@ def thresholds_of(model: Model, settings: Recognition) -> Thresholds:
     return Thresholds(usual, multiply_odds(usual, 1 / settings.missed_cost))
 
 
+def asked_from(threshold: float) -> float:
+    """The confidence from which on the robot asks back, by the one that a command needs."""
+    return multiply_odds(threshold, 1 / ASK_BACK_ODDS_FACTOR)
+
+
 def threshold_for(model: Model, alarms: float) -> float:
     """The threshold, 0 to 1, for this many false alarms in an hour of talk, above 0."""
     return sigmoid(math.log(model.alarms / alarms) / model.alarm_exponent)

@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 SETTINGS = '[recognition]\nname = "hey robot"\nask = "always"\n'
 
 
-EASILY_ASKED = "import voz.recognition.decision as d; d.ASK_BACK_ODDS_FACTOR = 1000; "
+EASILY_ASKED = "import voz.recognition.thresholds as t; t.ASK_BACK_ODDS_FACTOR = 1000; "
 """How sure it is of a sound in the air varies more than what is nearly sure."""
 
 PAUSE = 1.0

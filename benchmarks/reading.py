@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import random
 import re
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -19,15 +20,13 @@ from typing import Annotated
 import typer
 from pocketsphinx import get_model_path
 
-ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
-WORDS_A_MINUTE = 200
+from first_hour import BLOCK, LINK, ROOT, WORDS_A_MINUTE, minutes  # a script beside the others
 
 FEWEST_WORDS = 5
 """A sentence has at least so many: others are headings or cells."""
 
-BLOCK = re.compile(r"^ *```.*?^ *```$", re.MULTILINE | re.DOTALL)
-LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 CODE = re.compile(r"`[^`]*`")
 BESIDE_TEXT = re.compile(r"<[^>]*>|^[ #>]+|^ *(- |\d+\. )|\*\*", re.MULTILINE)
 END = re.compile(r"(?<=[a-z0-9)\"`*])[.?!](?=\s|$)")
@@ -70,8 +69,9 @@ def main(
 ) -> None:
     """Print the minutes of README, the grade of sentences drawn at random, and the hardest ones."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    words = len(LINK.sub(r"\1", BLOCK.sub("", readme)).replace("|", "").split())
-    print(f"README: {words} words without blocks, {words / WORDS_A_MINUTE:.1f} minutes")
+    reading = minutes(readme)
+    words = round(reading * WORDS_A_MINUTE)
+    print(f"README: {words} words without blocks, {reading:.1f} minutes")
     pages = sorted((ROOT / "docs").glob("*.md"))
     found = [(grade(s), p.name, s) for p in pages for s in sentences(p.read_text("utf-8"))]
     grades = sorted(each for each, *_ in found)

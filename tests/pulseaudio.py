@@ -44,6 +44,11 @@ def no_sound(tmp_path: Path) -> dict[str, str]:
     return os.environ | {"ALSA_CONFIG_PATH": str(config)}
 
 
+def pactl(environment: dict[str, str], call: str) -> str:
+    """Ask the server for something; gives what it answers."""
+    return subprocess.check_output(["pactl", *call.split()], env=environment, text=True)
+
+
 @contextmanager
 def sound_server() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
     # Not tmp_path: the name of a socket must be short.

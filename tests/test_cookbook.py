@@ -21,6 +21,7 @@ from calls import VOZ, in_process
 from documents import Document, recipe
 from live_robot import live_robot, speak
 from programs import PATIENCE, free_port, wait_until
+from pulseaudio import pactl
 from recordings import ROOT
 from synthesis import phrase
 
@@ -130,14 +131,11 @@ def test_a_headset_is_found_by_a_part_of_its_name_and_one_that_is_gone_stops_the
 ) -> None:
     environment, _ = own_pulse
 
-    def pactl(call: str) -> str:
-        return subprocess.check_output(["pactl", *call.split()], env=environment, text=True)
-
     connect = (
         "load-module module-remap-source master=mic.monitor "
         "source_name=bluez_input.AA_BB_CC_DD_EE_FF"
     )
-    headset = pactl(connect)
+    headset = pactl(environment, connect)
     lines = recipe("A Bluetooth headset").blocks("")[0].splitlines()
     (options,) = [line.removeprefix("voz run ") for line in lines if line.startswith("voz run ")]
     soundfile.write(tmp_path / "said.wav", phrase("festival_slt", "go forward"), SAMPLE_RATE)
@@ -151,11 +149,11 @@ def test_a_headset_is_found_by_a_part_of_its_name_and_one_that_is_gone_stops_the
         wait_until(is_obeyed)
         assert "bluez_input" in robot.words
         since = len(robot.arrived)
-        pactl(f"unload-module {headset}")
+        pactl(environment, f"unload-module {headset}")
         robot.wait_for(lambda event: event["type"] == "warning", since)
         robot.wait_for(lambda event: event["type"] == "cmd_vel" and not event["linear"], since)
         assert "the microphone is gone" in robot.warnings(since)[0]
-        pactl(connect)
+        pactl(environment, connect)
         wait_until(is_obeyed)
 
 

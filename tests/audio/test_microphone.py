@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import soundfile
+from pulseaudio import pactl
 
 from voz.audio.microphone import Device, Microphone, open_microphone
 from voz.errors import AudioError
@@ -118,15 +119,14 @@ def test_a_source_that_is_taken_away_ends_it_though_the_server_has_another_one(
 ) -> None:
     environment, _ = own_pulse
 
-    def pactl(call: str) -> str:
-        return subprocess.check_output(["pactl", *call.split()], env=environment, text=True)
-
-    headset = pactl("load-module module-remap-source master=mic.monitor source_name=headset")
-    pactl("set-default-source headset")
+    headset = pactl(
+        environment, "load-module module-remap-source master=mic.monitor source_name=headset"
+    )
+    pactl(environment, "set-default-source headset")
     process = listen(environment, tmp_path / "heard.raw", device=device, seconds=60)
     assert process.stdout is not None
     assert process.stdout.readline() == "listening\n"
-    pactl(f"unload-module {headset}")
+    pactl(environment, f"unload-module {headset}")
     assert error_of(process) == "the microphone is gone; connect it and start again\n"
 
 

@@ -14,6 +14,7 @@ import subprocess
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,7 @@ from live_robot import (
 )
 from programs import PATIENCE, wait_until
 from promises.real_run import Watched, start, watched
-from pulseaudio import running_server
+from pulseaudio import pactl, running_server
 from recordings import GO_BACK
 
 from voz.config import default_commands
@@ -215,9 +216,6 @@ def test_whatever_it_hears_by_is_lost_it_stands_until_a_new_command(
     def breaks(how: str) -> Callable[[], object]:
         return lambda: (tmp_path / "aside").write_text(how) and (tmp_path / "aside").rename(broken)
 
-    def pactl(order: str) -> Callable[[], object]:
-        return lambda: subprocess.run(["pactl", *order.split()], env=environment, check=True)
-
     with (
         live_robot(environment, "--listening", before=before) as robot,
         ExitStack() as again,
@@ -226,8 +224,8 @@ def test_whatever_it_hears_by_is_lost_it_stands_until_a_new_command(
             (breaks("raise RuntimeError(7)"), broken.unlink, "the recognizer fails (RuntimeError"),
             (breaks("time.sleep(0.06)"), broken.unlink, "the computer is too slow to follow"),
             (
-                pactl("set-source-mute mic.monitor 1"),
-                pactl("set-source-mute mic.monitor 0"),
+                partial(pactl, environment, "set-source-mute mic.monitor 1"),
+                partial(pactl, environment, "set-source-mute mic.monitor 0"),
                 "the microphone gives only silence: the robot stops",
             ),
             (

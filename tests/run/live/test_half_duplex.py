@@ -14,6 +14,7 @@ import pytest
 from driving import STARTED
 from live_robot import live_robot, speak
 from loudspeaker import play_into
+from pulseaudio import pactl
 from recordings import FIXTURES
 
 from voz.api.recognizer import Recognizer
@@ -46,7 +47,7 @@ def one_room(
 ) -> dict[str, str]:
     """What goes to the loudspeaker comes into the microphone too."""
     environment, _ = own_pulse
-    subprocess.run(["pactl", *LOOPBACK.split()], env=environment, check=True, capture_output=True)
+    pactl(environment, LOOPBACK)
     return environment
 
 

@@ -292,7 +292,7 @@ def ends_with_its_source(microphone: Microphone, chosen: Device) -> Iterator[Non
 
         def watch() -> None:
             for line in events.stdout or ():
-                if SOURCE_REMOVED in line and source not in [each.name for each in list_sources()]:
+                if SOURCE_REMOVED in line and not _is_there(source):
                     microphone.ended()
 
         watching = threading.Thread(target=watch, name="voz-source", daemon=True)
@@ -311,7 +311,11 @@ def _source_of(device: Device) -> str | None:
     if device.name not in SERVED_DEVICES:
         return None
     usual = os.environ.get(SOURCE_VARIABLE) or _pactl("get-default-source").strip()
-    return usual if usual in [each.name for each in list_sources()] else None
+    return usual if usual and _is_there(usual) else None
+
+
+def _is_there(source: str) -> bool:
+    return any(each.name == source for each in list_sources())
 
 
 @contextmanager

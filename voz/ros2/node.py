@@ -184,8 +184,8 @@ FINAL_ACK_TIMEOUT = 0.3
 """How long an end waits for the last velocity to be acknowledged, s."""
 
 
-class _Deleted(Entity):
-    """An entity that Cyclone deletes with its object, also with one of a circle of objects.
+class _OwnedEntity(Entity):
+    """An entity that ends with its object, also with one of a circle of objects.
 
     Its own way looks the object up among weak references, which Python takes away from a circle
     before it calls `__del__`: the entity stayed in the domain, which could not be joined again.
@@ -197,7 +197,7 @@ class _Deleted(Entity):
             self._delete(self._ref)
 
 
-class _Domain(_Deleted, Domain):
+class _Domain(_OwnedEntity, Domain):
     """A domain, which ends with its object."""
 
 
@@ -205,7 +205,7 @@ _domains: WeakValueDictionary[int, _Domain] = WeakValueDictionary()
 """A process can be in a domain only once."""
 
 
-class _Participant(_Deleted, DomainParticipant):
+class _Participant(_OwnedEntity, DomainParticipant):
     """Keeps a reference to its domain, which ends with the last one."""
 
     def __init__(self, number: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -144,6 +145,40 @@ def test_a_robot_of_ones_own_receives_what_is_obeyed(tmp_path: Path) -> None:
     assert lines[:2] == ["obeyed: go forward", "lamp on"], done.stderr
     # A zero overtakes what a busy robot has not taken yet.
     assert sorted(lines[2:]) == ["lamp off", "obeyed: stop"], done.stderr
+
+
+def run_tcp_robot(folder: Path, port: int) -> subprocess.CompletedProcess[str]:
+    (folder / "said.txt").write_text("go forward\n-\n-\n-\nstop\n")
+    (folder / "voz.toml").write_text(f'[own.tcp_robot]\nhost = "127.0.0.1"\nport = {port}\n')
+    command = [*VOZ, "run", "--listening", "--robot", "tcp_robot:TcpRobot", "--text", "said.txt"]
+    environment = os.environ | {"PYTHONPATH": f"{EXAMPLES}:{ROOT}"}
+    return subprocess.run(
+        [*command, "--no-sound"], cwd=folder, env=environment, capture_output=True, text=True
+    )
+
+
+def test_a_robot_on_a_tcp_socket_gets_velocities_and_commands_and_zero_at_the_end(
+    tmp_path: Path,
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(PATIENCE)
+        lines: list[str] = []
+
+        def serve() -> None:
+            robot, _ = server.accept()
+            with robot, robot.makefile() as received:
+                lines.extend(map(str.strip, received))
+
+        thread = Thread(target=serve)
+        thread.start()
+        done = run_tcp_robot(tmp_path, server.getsockname()[1])
+        thread.join()
+    assert (done.returncode, done.stderr) == (0, "settings: voz.toml\n")
+    assert {"c go forward", "v 0.10 0.00", "c stop"} <= {*lines}
+    assert lines[-1] == "v 0.00 0.00"
+    failed = run_tcp_robot(tmp_path, 1)  # where nobody listens
+    assert failed.returncode == 2
+    assert "no robot at 127.0.0.1:1 (" in failed.stderr
 
 
 def read_by_nobody(name: str, *arguments: object, sound: bytes = b"") -> tuple[int, bytes]:

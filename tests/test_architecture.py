@@ -117,7 +117,7 @@ def test_the_parts_of_language_import_one_way() -> None:
         if path[:2] == ("voz", "language") and path[2] != "__init__":
             names = set(imported(module, "voz.language")) - {path[2]}
             below.setdefault(path[2], set()).update(names)
-    assert below["sentences"] == below["acoustic_model"] - {"phone_distances"} == set()
+    assert below["sentences"] == below["acoustic_model"] - {"phones"} == set()
     assert below["formats"] == {"sentences"}
     list(TopologicalSorter(below).static_order())
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from recordings import FIXTURES, ROOT
 
-from voz.language.phone_distances import read_distances
+from voz.language.phones import read_distances
 
 TOOL = (sys.executable, ROOT / "tools" / "fit_confusion.py")
 

@@ -27,8 +27,8 @@ from voz.audio import Samples
 from voz.audio.sound_files import read_blocks
 from voz.cli.text_io import with_bar
 from voz.errors import VozError
-from voz.language.phone_distances import DISTANCES_FILE
-from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict, split_compound
+from voz.language.phones import DISTANCES_FILE, PHONE_NAMES
+from voz.language.pronunciation import look_up, read_cmudict, split_compound
 from voz.language.spoken_language import ENGLISH_MODEL
 from voz.recognition.pocketsphinx.decoder import mean_start, nats
 from voz.recognition.pocketsphinx.evidence import (

@@ -28,7 +28,7 @@ from wordfreq import top_n_list
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.language.espeak import TIME_LIMIT, accents_of, written_by_espeak
-from voz.language.ipa import known_phones, parse_phones
+from voz.language.phones import known_phones, parse_phones
 
 SHARES = {"es": 3, "fr": 4, "it": 1, "de": 1, "pt": 1}
 """How often each language is drawn."""
@@ -78,7 +78,7 @@ class Phrase(NamedTuple):
     Attributes:
         text: what is read.
         accent: of espeak-ng, by whose rules it is read.
-        phones: as `voz.language.ipa` names them.
+        phones: as `voz.language.phones` names them.
         stressed: the same as espeak-ng writes them, with stress.
     """
 

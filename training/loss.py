@@ -11,7 +11,7 @@ from numpy.random import Generator
 from torch import Tensor
 from torch.nn import functional
 
-from voz.language.ipa import in_english
+from voz.language.phones import in_english
 
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""

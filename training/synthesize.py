@@ -24,7 +24,7 @@ from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
 from voz.errors import SpeechError
 from voz.language.pronunciation import find_anywhere, look_up, read_cmudict
-from voz.language.rival_words import word_log_probability
+from voz.language.word_neighbors import word_log_probability
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 

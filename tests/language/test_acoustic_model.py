@@ -21,7 +21,7 @@ from voz.language.acoustic_model import (
     read_phones,
     spoken_phones,
 )
-from voz.language.phone_distances import read_distances
+from voz.language.phones import read_distances
 from voz.language.spoken_language import ENGLISH_MODEL
 from voz.recognition.language import Language
 

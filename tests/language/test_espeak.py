@@ -10,7 +10,7 @@ import pytest
 
 from voz.errors import CommandsError, LanguageError
 from voz.language.espeak import pronounce_by_espeak, run_espeak, with_ipa
-from voz.language.ipa import known_phones
+from voz.language.phones import known_phones
 from voz.language.pronunciation import LexiconEntry
 
 

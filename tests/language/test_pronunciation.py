@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz import CommandsError
+from voz.language.phones import PHONES
 from voz.language.pronunciation import (
     FESTIVAL_PHONES,
-    PHONES,
     FestivalError,
     find_anywhere,
     guess,

@@ -17,7 +17,8 @@ from recordings import ROOT, Recording
 
 from voz.language.command_source import read_list, similar_pairs
 from voz.language.language_files import LanguageFiles, read_sentences
-from voz.language.pronunciation import PHONE_NAMES, look_up, read_cmudict
+from voz.language.phones import PHONE_NAMES
+from voz.language.pronunciation import look_up, read_cmudict
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import SimilarPair, distinct_pairs, find_similar
 from voz.language.similarity_report import WARNING_SIMILARITY

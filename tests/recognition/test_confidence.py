@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.language.phone_distances import read_distances
+from voz.language.phones import read_distances
 from voz.recognition.confidence import (
     NOISE_VOICE,
     POCKETSPHINX_FEATURES,

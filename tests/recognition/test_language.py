@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from voz.language.pronunciation import PHONES
+from voz.language.phones import PHONES
 from voz.recognition.language import BRITISH_FILE, added, with_british, with_rounded
 
 

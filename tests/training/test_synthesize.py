@@ -6,7 +6,7 @@ import csv
 
 from training_programs import load_training
 
-from voz.language.pronunciation import PHONES
+from voz.language.phones import PHONES
 
 synthesize = load_training("synthesize")
 

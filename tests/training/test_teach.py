@@ -11,7 +11,7 @@ import soundfile
 from recordings import ROOT, Recording
 from training_programs import in_training
 
-from voz.language.ipa import known_phones
+from voz.language.phones import known_phones
 from voz.recognition.network.phoneme_network import (
     DEFAULT_NETWORK,
     OTHER_LANGUAGES,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from voz.errors import LanguageError
 from voz.files import read_bytes
-from voz.language.phone_distances import PhoneDistances
+from voz.language.phones import PhoneDistances
 
 CEPSTRA = 13
 """Coefficients of a frame, in each stream."""

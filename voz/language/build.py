@@ -31,11 +31,11 @@ from voz.language.pronunciation import (
     ipa_entries,
     read_cmudict,
 )
-from voz.language.rival_words import Rivals, encode_rivals, find_rivals
 from voz.language.sentences.command_set import encode_commands
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, summarize_warnings
 from voz.language.similarity_report import similarity_warnings
 from voz.language.spoken_language import LanguageInfo
+from voz.language.word_neighbors import Rivals, encode_rivals, find_rivals
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,6 @@ from voz.language.pronunciation import (
     read_cmudict,
     words_in_capitals,
 )
-from voz.language.rival_words import everyday_words, find_rivals, neighbors
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.spelling import ENGLISH
 from voz.language.sentences.templates import TemplateSource, in_language
@@ -43,6 +42,7 @@ from voz.language.similarity import (
 )
 from voz.language.similarity_report import MAX_COMPARED_COMMANDS
 from voz.language.spoken_language import LanguageInfo, OtherLanguage
+from voz.language.word_neighbors import everyday_words, find_rivals, neighbors
 
 UNNAMED_LIST = "the list of commands"
 """What messages call a list that is not in a file."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from voz.errors import CommandsError, LanguageError
-from voz.language.ipa import in_english, known_phones, parse_phones
+from voz.language.phones import in_english, known_phones, parse_phones
 from voz.language.pronunciation import LexiconEntry
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE
 from voz.language.spoken_language import ENGLISH_NAMES, known_languages

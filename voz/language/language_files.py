@@ -19,10 +19,8 @@ from voz.errors import CommandsError, LanguageError
 from voz.files import is_file, read_bytes, read_json, sha256, shown_path
 from voz.language.formats.command_list import parse_commands, read_file_or_names
 from voz.language.grammar import jsgf
-from voz.language.ipa import known_phones
 from voz.language.ngram import check_arpa
-from voz.language.pronunciation import PHONES
-from voz.language.rival_words import Rivals, decode_rivals
+from voz.language.phones import PHONES, known_phones
 from voz.language.sentences.command_set import (
     Commands,
     StoredCommands,
@@ -32,6 +30,7 @@ from voz.language.sentences.command_set import (
 from voz.language.sentences.spelling import COMBINING_SIGN, ENGLISH, MAX_WORD_LETTERS
 from voz.language.sentences.text_lines import MAX_TEXT_BYTES
 from voz.language.spoken_language import LanguageInfo, english
+from voz.language.word_neighbors import Rivals, decode_rivals
 from voz.settings import SpokenLanguage
 
 FILE_STEM = "comandos_voz"

@@ -11,6 +11,7 @@ from itertools import combinations, pairwise, product
 from pathlib import Path
 
 from voz.errors import CommandsError
+from voz.language.phones import PHONE_NAMES, PHONES
 from voz.language.sentences.spelling import ANY_LETTER, normalize
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, content_lines
 
@@ -93,12 +94,6 @@ def _read_answer(answer: str) -> dict[str, str]:
     return guesses
 
 
-# What the acoustic model knows.
-PHONE_NAMES = (
-    "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH "
-    "UH UW V W Y Z ZH"
-)
-PHONES = frozenset(PHONE_NAMES.split())
 GUESS_ORIGIN = "letter-to-sound (a guess)"
 SPELLED_ORIGIN = "letter by letter (a guess)"
 MIN_PART_LETTERS = 3  # letters of the shortest part of a compound

@@ -19,7 +19,7 @@ from functools import lru_cache
 from itertools import combinations, islice, product
 from random import Random
 
-from voz.language.phone_distances import PhoneDistances, read_distances
+from voz.language.phones import PhoneDistances, read_distances
 from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.expression import Value
 from voz.language.sentences.neighbors import Neighbor, nearest

@@ -20,8 +20,7 @@ import msgspec
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, sha256, shown_path
 from voz.language.dictionaries import LetterRules, read_dictionary, read_rules
-from voz.language.ipa import known_phones
-from voz.language.phone_distances import PhoneDistances, read_distances
+from voz.language.phones import PhoneDistances, known_phones, read_distances
 from voz.settings import SpokenLanguage
 
 ENGLISH_NAMES = frozenset({"english", "en"})

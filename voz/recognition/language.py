@@ -20,10 +20,10 @@ from voz.language.language_files import (
     read_rival_words,
 )
 from voz.language.pronunciation import GUESS_ORIGIN, dictionary_entries, ipa_entries
-from voz.language.rival_words import Rivals
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity import WordDistances
 from voz.language.spoken_language import LanguageInfo, OtherLanguage, check_acoustic_model
+from voz.language.word_neighbors import Rivals
 from voz.settings import Recognition
 from voz.texts import ENGLISH, language_of, text
 

@@ -12,7 +12,7 @@ from recordings import Recording, read_manifest
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
-from voz.language.phone_distances import read_distances
+from voz.language.phones import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import (

@@ -17,10 +17,10 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
 from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
-from voz.language.ipa import in_english
 from voz.language.language_files import LanguageFiles
-from voz.language.rival_words import Rivals
+from voz.language.phones import in_english
 from voz.language.sentences.automaton import Automaton
+from voz.language.word_neighbors import Rivals
 from voz.recognition.language import Language, load_language, spellings
 from voz.recognition.network.ctc import (
     Floats,

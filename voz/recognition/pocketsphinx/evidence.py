@@ -14,7 +14,7 @@ from typing import NamedTuple
 from voz.audio import Samples
 from voz.language.acoustic_model import SILENCE_PHONE
 from voz.language.grammar import FsgArc
-from voz.language.phone_distances import read_distances
+from voz.language.phones import read_distances
 from voz.recognition.language import Language, Shortlist
 from voz.recognition.pocketsphinx.decoder import load_decoder, nats, process
 from voz.recognition.thresholds import MIN_COVERAGE, NEVER_MISSED_TOLERANCE

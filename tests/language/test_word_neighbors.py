@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from voz.language.pronunciation import look_up, read_cmudict
-from voz.language.rival_words import (
+from voz.language.word_neighbors import (
     decode_rivals,
     encode_rivals,
     everyday_words,

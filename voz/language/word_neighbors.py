@@ -1,4 +1,4 @@
-"""Rival words: those of the dictionary that are one phone away from a word of the list.
+"""Neighbors of the words of a list: words of the dictionary one phone away, their rivals.
 
 A command with a rival word in place of its own, as "cold arm" for "fold arm", is what people say
 that sounds most like it, and is no command. Pure, but for the language model.
@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
-from voz.language.phone_distances import read_distances
-from voz.language.pronunciation import PHONES
+from voz.language.phones import PHONES, read_distances
 from voz.language.similarity import loss_between
 
 Rivals = Mapping[str, Mapping[str, tuple[str, ...]]]

@@ -71,11 +71,11 @@ WATCHDOG = frozenset(
     ("RUN_TIMEOUT", "ZERO_INTERVAL", "FINAL_ZEROS", "WatchedRobot", "_serve", "_stop_after_run")
 )
 
-DISPATCHER = frozenset(("Dispatcher", "MAX_TIME", "is_time", "check_time"))
+CONTROLLER = frozenset(("Controller", "MAX_TIME", "_is_time", "_check_time"))
 
 TARGETS = [
     *(Target(f"voz/control/{name}.py", own_first(name)) for name in MODULES),
-    Target("voz/run/dispatcher.py", ("tests/run/test_dispatcher.py",), DISPATCHER),
+    Target("voz/run/controller.py", ("tests/run/test_controller.py",), CONTROLLER),
     Target("voz/run/session.py", ("tests/run/test_session.py", "tests/run/test_clocks.py")),
     Target("voz/inbox.py", ("tests/test_inbox.py",)),
     Target("voz/robot/child.py", ("tests/robot/test_child.py",), WATCHDOG),

@@ -13,6 +13,7 @@ from voz.control.table import DEFAULT_STATE
 from voz.events import Receiver
 from voz.language.sentences.command_set import plain_commands
 from voz.run.clocks import Source
+from voz.run.controller import controller_by
 from voz.run.parts import by_items
 from voz.run.session import Session
 from voz.run.sources import recorded_items, typed_items
@@ -36,7 +37,8 @@ def play(
 
     settings = Config(safety=safety or Safety(), speech=Speech(enabled=False))
     robots = robots_part(*receivers, **lost)
-    spec = RunSpec(settings=settings, listening=listening, outputs=[robots])
+    controller = controller_by(settings, listening)
+    spec = RunSpec(controller=controller, settings=settings, outputs=[robots])
     Session(by_items(spec, source, in_real_time=paced)).run()
 
 

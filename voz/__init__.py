@@ -30,7 +30,6 @@ from voz.errors import (
 if TYPE_CHECKING:
     from voz.api.load import load
     from voz.api.recognizer import Listener, Recognizer
-    from voz.api.robot_controller import RobotController as Controller
     from voz.apps.batch.batch_decoder import Decoded, decode_many
     from voz.apps.batch.formats import read_results
     from voz.apps.web.client import Client
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
         Utterance,
     )
     from voz.robot.base import Robot
+    from voz.run.controller import Controller
     from voz.settings import Recognition, Safety
     from voz.speech.builtin_sounds import BuiltinSound
     from voz.speech.sound_client import SoundClient
@@ -67,7 +67,7 @@ _WHERE = {
     "CallFunction": "voz.events",
     "Client": "voz.apps.web.client",
     "Config": "voz.config",
-    "Controller": "voz.api.robot_controller:RobotController",
+    "Controller": "voz.run.controller",
     "Decoded": "voz.apps.batch.batch_decoder",
     "ProgramEnded": "voz.events",
     "Event": "voz.events",
@@ -148,8 +148,7 @@ if not TYPE_CHECKING:  # for which every name would be there
             return __getattr__("Notice")
         if name not in _WHERE:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        module, _, other = _WHERE[name].partition(":")
-        found = globals()[name] = getattr(import_module(module), other or name)
+        found = globals()[name] = getattr(import_module(_WHERE[name]), name)
         return found
 
 

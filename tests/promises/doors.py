@@ -29,6 +29,7 @@ from voz.control.messages import End
 from voz.events import Utterance
 from voz.language.sentences.command_set import plain_commands
 from voz.run.clocks import BEATS_PER_SECOND, Source
+from voz.run.controller import controller_by
 from voz.run.parts import by_items
 from voz.run.session import Session
 from voz.run.sources import BagContent, BagSentence, TextCommands, bag_items, typed_items
@@ -164,7 +165,8 @@ class Bag:
     def _run(self, given: Given, source: Source) -> Outcome:
         outcome = Outcome()
         robots = robots_part(*given.receivers(outcome))
-        spec = RunSpec(settings=given.settings, listening=given.listening, outputs=[robots])
+        controller = controller_by(given.settings, given.listening)
+        spec = RunSpec(controller=controller, settings=given.settings, outputs=[robots])
         try:
             Session(by_items(spec, source, in_real_time=False)).run()
         except BrokenPipeError as error:
@@ -393,8 +395,8 @@ class Ros1:
             yield
 
         spec = RunSpec(
+            controller=controller_by(given.settings, given.listening),
             settings=given.settings,
-            listening=given.listening,
             inbox=inbox,
             outputs=[robots_part(*given.receivers(outcome))],
             parts=[connect],

@@ -23,6 +23,7 @@ from voz.apps.wyoming.robot_service import CommandHandler, RobotService
 from voz.control.messages import End, Halt, Rehearsal, Renewal
 from voz.events import Event
 from voz.hearing.microphone_thread import SoundSource
+from voz.run.controller import controller_by
 from voz.run.live import TakeText, drive_live
 from voz.run.session import Session
 from voz.run.spec import RunSpec
@@ -86,8 +87,8 @@ class Live:
         )
         robots = robots_part(*given.receivers(self.outcome), wheels=lambda: self.unreachable)
         spec = RunSpec(
+            controller=controller_by(given.settings, given.listening),
             settings=given.settings,
-            listening=given.listening,
             inbox=self.inbox,
             outputs=[robots],
             parts=[drive],

@@ -8,20 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import default_commands
-from voz.control.controller import ControllerState, Rules
 from voz.control.messages import End, Halt, Message
-from voz.control.state_machine import State
-from voz.events import Event, Notice, Partial, Receiver, Twist, Utterance
-from voz.run.dispatcher import Dispatcher
+from voz.events import Event, Notice, Partial, Twist, Utterance
+from voz.run.controller import Controller
 from voz.run.session import MAX_BEAT_GAP, Session
 from voz.run.spec import RunSpec
 
 GONE = "the microphone is gone"
-
-
-def listening(*receivers: Receiver) -> Dispatcher:
-    return Dispatcher(ControllerState(Rules(default_commands()), State(listening=True)), receivers)
 
 
 class Room:
@@ -47,7 +40,9 @@ class Room:
         self.sent: list[tuple[float, Event]] = []
         self.source = "microphone"
         spec = RunSpec(
-            controller=listening(self._receive), clock=lambda _: self, in_real_time=False
+            controller=Controller([self._receive], listening=True),
+            clock=lambda _: self,
+            in_real_time=False,
         )
         session = Session(spec)
         session.watch_input(self)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from os import PathLike
 from pathlib import Path
 from threading import Thread, current_thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 from msgspec.structs import replace
@@ -25,6 +25,9 @@ from voz.recognition.engine import MICROPHONE, RecognitionEngine, open_stream
 from voz.recognition.interpreter import Details
 from voz.recognition.stream import Stream
 from voz.records import PublicNames, check_callable, check_iterable, check_type
+
+if TYPE_CHECKING:
+    from voz.run.session import Session
 
 _log = logging.getLogger("voz")
 
@@ -174,6 +177,20 @@ class MicrophoneUtterances(PublicNames):
         """Close the microphone, on any thread; the iteration ends."""
         self._closed = True
         self._opened.close()
+
+    @contextmanager
+    def drive_session(self, session: Session) -> Iterator[None]:
+        """Listen for a run, and open it again after each loss: a part of the run."""
+        from voz.hearing.microphone_thread import Hearing, sound_card
+        from voz.run.parts import hear_answers
+
+        hearing = Hearing(
+            self.recognizer, sound_card(self.device), session.inbox, session.clock.now,
+            never_missed=session.table.stops,
+        )  # fmt: skip
+        with hearing, hear_answers(session, self.recognizer):
+            session.watch_input(hearing)
+            yield
 
 
 def in_background(

@@ -63,6 +63,7 @@ def run(options: RunOptions) -> None:
     from voz.process.standard_streams import quiet_libraries, unblocked_output
     from voz.robot.factory import need_real_time, robot_names
     from voz.run.command_check import matched_settings, mismatches
+    from voz.run.controller import controller_by
     from voz.run.parts import by_items
     from voz.run.robots import CONSOLE, SIMULATOR
     from voz.run.session import Session
@@ -86,9 +87,10 @@ def run(options: RunOptions) -> None:
         language = options.language(settings)
         commands = read_commands(language)
         settings = matched_settings(settings, commands)
+        listening = _listening(options, settings, commands, list_name(language))
         spec = RunSpec(
+            controller=controller_by(settings, listening),
             settings=settings,
-            listening=_listening(options, settings, commands, list_name(language)),
             outputs=_outputs(options, robots),
         )
         for line in mismatches(commands, settings, not {CONSOLE, SIMULATOR}.issuperset(names)):

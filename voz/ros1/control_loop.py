@@ -27,8 +27,8 @@ from voz.ros1.node import (
 )
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
-from voz.run.dispatcher import QueuedReceiver
-from voz.run.parts import open_speaker, speaker_receiver, start_programs
+from voz.run.controller import controller_by
+from voz.run.parts import QueuedReceiver, open_speaker, speaker_receiver, start_programs
 from voz.run.session import Session, SpeechInput
 from voz.run.spec import RunSpec
 from voz.settings import Speech
@@ -74,8 +74,8 @@ def run_node_session(
                 yield
 
     spec = RunSpec(
+        controller=controller_by(settings, listening or bool(switch_parameter("listening"))),
         settings=settings,
-        listening=listening or bool(switch_parameter("listening")),
         inbox=inbox,
         clock=lambda _: clock,
         outputs=[connect],

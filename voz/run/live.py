@@ -192,7 +192,7 @@ def _listening_line(session: Session, hearing: Hearing, others: Sequence[str]) -
     sources += [text(other, language) for other in (*typed, *others)]
     listed = list_texts("{one} and {other}", sources, language)
     listening = text("listening to {sources}", language, sources=listed)
-    if session.spec.listening:
+    if session.controller.listening:
         return listening
     first = '{listening}; say "{command}" first'
     return text(first, language, listening=listening, command=session.controller.wake)

@@ -13,18 +13,15 @@ from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from voz.control.controller import ControllerState, Rules, change_rules
+from voz.control.controller import change_rules
 from voz.control.messages import Beat, End, Health, StopMotion
 from voz.control.safety import zero_at_the_end
-from voz.control.state_machine import State
 from voz.control.table import CommandTable
 from voz.events import Notice, ProgramEnded
 from voz.inbox import Inbox
 from voz.process.signals import defer_signals
 from voz.run.clocks import BEATS_PER_SECOND, Clock, warn
-from voz.run.dispatcher import Dispatcher
 from voz.run.spec import RunSpec
-from voz.texts import language_of
 
 if TYPE_CHECKING:
     from voz.hearing.microphone_thread import Hearing, SoundRecorder
@@ -58,7 +55,7 @@ class Session:
     def __init__(self, spec: RunSpec) -> None:
         """Prepare a run with the robot at rest; nothing is opened yet."""
         self.spec = spec  # what it consists of
-        self.controller = spec.controller or _controller(spec)  # obeys
+        self.controller = spec.controller
         self.inbox = spec.inbox or Inbox(self.table.halts)  # takes messages on any thread
         # Called with every event, in order; none of them may wait for anything.
         self.receivers = self.controller.receivers
@@ -194,15 +191,3 @@ class Session:
             self.speaker.close()
         for problem in self._problems:
             self.controller.emit(Notice(self.clock.now(), problem))
-
-
-def _controller(spec: RunSpec) -> Dispatcher:
-    settings, recognition = spec.settings, spec.settings.recognition
-    rules = Rules(
-        settings.table,
-        settings.safety,
-        recognition.name,
-        recognition.ask,
-        language=language_of(settings.language.name),
-    )
-    return Dispatcher(ControllerState(rules, State(listening=spec.listening)))

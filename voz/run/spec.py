@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, TypeAlias
 from voz.config import Config
 from voz.inbox import Inbox
 from voz.run.clocks import Clock, WallClock
-from voz.run.dispatcher import Dispatcher
 
 if TYPE_CHECKING:
+    from voz.run.controller import Controller
     from voz.run.session import Session
 
 Part: TypeAlias = Callable[["Session"], AbstractContextManager[object]]
@@ -24,21 +24,19 @@ class RunSpec:
     """What a run consists of.
 
     Attributes:
-        settings: the table of commands, the safety rules, names and the voice.
-        listening: whether commands are obeyed before a `start speech`.
+        controller: obeys, with the robot at rest.
+        settings: of the robots, the voice and the rest.
         outputs: opened first: the robots, and files of events. Then the time of the run begins.
         clock: makes the clock of the run, and begins it.
         in_real_time: whether that is a real one; without it each run gives the same events.
         parts: opened after that, in this order: what speaks, what commands come from.
         inbox: takes messages; None makes one.
-        controller: obeys; None makes one by the settings, with the robot at rest.
     """
 
+    controller: Controller
     settings: Config = field(default_factory=Config)
-    listening: bool = False
     outputs: Sequence[Part] = ()
     clock: Callable[[Inbox], Clock] = WallClock
     in_real_time: bool = True
     parts: Sequence[Part] = ()
     inbox: Inbox | None = None
-    controller: Dispatcher | None = None

@@ -25,6 +25,7 @@ from voz.recognition.interpreter import NO_DETAILS, Details
 from voz.robot.simulation.pictures import check_picture, save_picture
 from voz.robot.simulation.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
+from voz.run.controller import controller_by
 from voz.run.parts import hear_answers
 from voz.run.session import Session
 from voz.run.sources import recorded_items
@@ -66,8 +67,8 @@ def simulate_recording(
     times: list[float] = []
     items = _noted(recorded_items([found.path], recognizer, unreadable, details), times)
     spec = RunSpec(
+        controller=controller_by(settings, how.listening),
         settings=settings,
-        listening=how.listening,
         clock=lambda _: RecordedClock(items),
         in_real_time=False,
         parts=[partial(hear_answers, recognizer=recognizer)],

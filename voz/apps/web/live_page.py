@@ -31,7 +31,7 @@ from voz.hearing.microphone_thread import Hearing, SoundSource
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock, warn
-from voz.run.dispatcher import Dispatcher
+from voz.run.controller import Controller
 from voz.run.session import Session, SpeechInput
 
 NO_DRIVER = "no page drives any more"
@@ -204,7 +204,7 @@ class _CurrentCommands:
     Event-loop thread only; buttons are made on another, for a long list takes a while.
     """
 
-    def __init__(self, commands: Callable[[], Commands], controller: Dispatcher) -> None:
+    def __init__(self, commands: Callable[[], Commands], controller: Controller) -> None:
         self._commands = commands
         self._controller = controller
         self._taken = self._now()

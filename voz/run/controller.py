@@ -1,46 +1,62 @@
-"""Drives a robot by a microphone or by utterances, in a program of one's own."""
+"""The controller: the pure one of `voz.control` with its state, its clock and its receivers."""
 
 from __future__ import annotations
 
 import logging
-import time
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
-from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import msgspec
 
-from voz.api.recognizer import MicrophoneUtterances
 from voz.config import Config, default_commands, with_usual_names
-from voz.control.controller import ControllerState, Rules, change_rules
-from voz.control.messages import Beat, End, StopMotion, too_late
+from voz.control.controller import ControllerState, Rules, change_rules, halted, step
+from voz.control.messages import Beat, ControllerMessage, Halt, StopMotion, too_late
 from voz.control.motion import Place
 from voz.control.state_machine import State
 from voz.control.table import CommandTable
-from voz.errors import ConfigError
-from voz.events import Partial, Receiver, Utterance, shift_time
-from voz.hearing.microphone_thread import Hearing, sound_card
-from voz.inbox import Inbox
-from voz.records import check_callable, check_iterable, check_type
+from voz.errors import ConfigError, RobotError
+from voz.events import Event, Partial, Receiver, Twist, Utterance
+from voz.printable import shown_value
+from voz.process.forks import ends_forks
+from voz.records import PublicNames, check_callable, check_iterable, check_type, is_finite
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
-from voz.run.clocks import Clock
 from voz.run.command_check import begins_listening, check_list, matched_settings
-from voz.run.dispatcher import Dispatcher, check_time, is_time
-from voz.run.parts import answer_receiver
+from voz.run.parts import take_utterances
 from voz.run.session import Session
 from voz.run.spec import RunSpec
 from voz.settings import Safety
+from voz.texts import language_of
+
+if TYPE_CHECKING:
+    from voz.recognition.engine import RecognitionEngine
 
 _log = logging.getLogger("voz")
 
 ROBOT = "robot"
 """Name of the robot in messages."""
 
+MAX_TIME = 1e12
+"""Of a run, s; events hold no later time."""
 
-class RobotController(Dispatcher):
+
+@runtime_checkable
+class OpenedMicrophone(Protocol):
+    """A microphone of a program, which a run opens again after each loss."""
+
+    recognizer: RecognitionEngine
+
+    def close(self) -> None:
+        """Close it."""
+
+    def drive_session(self, session: Session) -> AbstractContextManager[None]:
+        """Let it drive a run for a `with` block."""
+
+
+class Controller(PublicNames):
     """Obeys commands and sends velocities to a robot.
 
         with voz.Controller(robot, safety=voz.Safety(max_linear=0.2)) as controller:
@@ -49,6 +65,11 @@ class RobotController(Dispatcher):
     `run` is all that a microphone needs. In a loop of one's own, `hear` takes what was heard and
     `send` sends the velocities, 10 times a second; time comes in with each call. Replies are events
     for the robot; nothing is spoken.
+
+    Attributes:
+        state: of the controller; other threads may read it.
+        receivers: called with every event, in order; none of them may wait for anything.
+        odometry: returns where the robot is at a time of the run, s, without waiting.
     """
 
     def __init__(
@@ -84,13 +105,15 @@ class RobotController(Dispatcher):
         self._own = None if table else _settings(commands)
         own = self._own.table if self._own else default_commands()
         rules = Rules(table or own, safety or Safety())
-        receivers = [] if isinstance(robot, Robot) else robot
-        super().__init__(ControllerState(rules, State(listening=listening)), receivers, odometry)
+        self.state = ControllerState(rules, State(listening=listening))
+        self.receivers = [] if isinstance(robot, Robot) else [*robot]
+        self.odometry = odometry
         self._robot = robot if isinstance(robot, Robot) else None
         self._opened = ExitStack()
         self._now = 0.0  # the time of the run that was reached, s
+        self._process = os.getpid()
 
-    def __enter__(self) -> RobotController:
+    def __enter__(self) -> Controller:
         """Open the robot; raises RobotError if it cannot be reached."""
         if self._robot:
             boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, _log.error))
@@ -109,6 +132,36 @@ class RobotController(Dispatcher):
         with self._opened:
             self.halt()
             self.zero(self._now)
+
+    @property
+    def velocities(self) -> tuple[float, float]:
+        """The velocities that are sent now, m/s and rad/s."""
+        return self.state.robot.motion.velocities()
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot is asked to move."""
+        return self.state.robot.moving
+
+    @property
+    def listening(self) -> bool:
+        """Whether commands are obeyed."""
+        return self.state.robot.listening
+
+    @property
+    def awake(self) -> bool:
+        """Whether spoken commands count, besides those that stop."""
+        return self.state.reported.awake
+
+    @property
+    def name(self) -> str:
+        """What the robot is called; empty if it has no name."""
+        return self.state.rules.name
+
+    @property
+    def wake(self) -> str:
+        """What is said to begin the listening; empty if the list has nothing for it."""
+        return self.state.rules.table.wake
 
     def hear(self, event: Utterance | Partial, late: bool = False) -> None:
         """Obey an utterance if it is accepted; halt at what may be a command that stops.
@@ -131,7 +184,7 @@ class RobotController(Dispatcher):
             ConfigError: the time is no number.
             RobotError: this process was forked from the one that drives.
         """
-        check_time(now)
+        _check_time(now)
         self._now = now
         self.take(Beat(), now)
 
@@ -147,12 +200,16 @@ class RobotController(Dispatcher):
         """
         self.take(StopMotion(why), now)
 
+    def halt(self) -> None:
+        """Ask the robot to stand still from now on."""
+        self.state = halted(self.state)
+
     def zero(self, now: float) -> None:
         """Send zero velocity once, at a time of the run, s; ConfigError afterward if it is none."""
-        super().zero(now if is_time(now) else self._now)
-        check_time(now)
+        self.emit(Twist(now if _is_time(now) else self._now, 0.0, 0.0))
+        _check_time(now)
 
-    def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
+    def run(self, heard: OpenedMicrophone | Iterable[Utterance | Partial]) -> None:
         """Drive in real time, 10 times a second, until what is heard ends; then stop the robot.
 
         A microphone that is lost stops the robot, and is opened again when it is back. Where
@@ -178,37 +235,97 @@ class RobotController(Dispatcher):
 
     @contextmanager
     def _connect(
-        self, session: Session, heard: MicrophoneUtterances | Iterable[Utterance | Partial]
+        self, session: Session, heard: OpenedMicrophone | Iterable[Utterance | Partial]
     ) -> Iterator[None]:
-        """Let a run hear, and watch the robot."""
-        inbox, clock = session.inbox, session.clock
+        """Watch the robot, and let a run hear."""
         if self._robot:
             session.watch(ROBOT, self._lost)
-        if isinstance(heard, MicrophoneUtterances):
-            with self._hearing(heard, inbox, clock) as hearing:
-                session.watch_input(hearing)
-                session.receivers.append(answer_receiver(heard.recognizer))
-                yield
+        if isinstance(heard, OpenedMicrophone):
+            heard.close()  # it is opened again after each loss
+            self._take_list(heard.recognizer)
+            opening = heard.drive_session(session)
         else:
-            Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
+            opening = take_utterances(session, heard)
+        with opening:
             yield
 
-    def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: Clock) -> Hearing:
-        heard.close()  # it is opened again after each loss
-        recognizer = heard.recognizer
+    def _take_list(self, recognizer: RecognitionEngine) -> None:
+        """Obey a recognizer's list of commands, and the robot's name."""
+        commands = recognizer.commands
         self.state = change_rules(self.state, name=recognizer.name, ask=recognizer.ask)
         if self._own:
-            own = matched_settings(self._own, recognizer.commands)
+            own = matched_settings(self._own, commands)
             self.state = change_rules(self.state, table=own.table)
         table = self.state.rules.table
-        check_list(recognizer.commands, table, "the list")
-        if not self.listening and not begins_listening(recognizer.commands, table):
+        check_list(commands, table, "the list")
+        if not self.listening and not begins_listening(commands, table):
             names = " or ".join(f'"{name}"' for name in sorted(table.starts))
             raise ConfigError(
                 f"no command begins the listening; add {names} to the list, or give listening=True"
             )
-        source = sound_card(heard.device)
-        return Hearing(recognizer, source, inbox, clock.now, never_missed=table.stops)
+
+    def take(self, message: ControllerMessage, now: float) -> None:
+        """Let a message take effect at a time of the run, s, and hand on what comes of it.
+
+        Raises:
+            ConfigError: the time is no number; a stop ends the motion all the same.
+        """
+        if isinstance(message, Halt | StopMotion):
+            self.halt()
+        if not isinstance(message, Utterance | Partial):
+            _check_time(now)
+        self.state, events = step(self.state, message, now, self._place(message, now))
+        self.emit(*events)
+
+    def _place(self, message: ControllerMessage, now: float) -> Place | None:
+        """Where odometry has the robot; an error of it halts the robot, also at a stop."""
+        if isinstance(message, Partial | Utterance):
+            moves = self.moving if isinstance(message, Partial) else message.accepted
+            now = message.t
+        else:
+            moves = isinstance(message, Beat)
+        try:
+            return self.odometry(now) if moves else None
+        except BaseException:
+            self.halt()
+            raise
+
+    def emit(self, *events: Event) -> None:
+        """Hand events to all receivers, whatever one raises; raises the first error afterward.
+
+        Raises:
+            RobotError: this process was forked from the one that drives.
+        """
+        if self.is_forked:
+            raise RobotError(
+                "a forked process does not drive by the controller of the one that it comes from",
+                "make a voz.Controller of its own there",
+            )
+        errors: list[BaseException] = []
+        for event in events:
+            for receive in self.receivers:
+                try:
+                    with ends_forks():
+                        receive(event)
+                except BaseException as error:  # zero has to reach those behind it
+                    errors.append(error)
+        if errors:
+            raise errors[0]
+
+    @property
+    def is_forked(self) -> bool:
+        """Whether this process was forked from the one that drives."""
+        return os.getpid() != self._process
+
+
+def controller_by(settings: Config, listening: bool = False) -> Controller:
+    """Make the controller of a run by its settings; its receivers come with the robots."""
+    controller = Controller([], settings.safety, listening, settings.table)
+    recognition, language = settings.recognition, language_of(settings.language.name)
+    controller.state = change_rules(
+        controller.state, name=recognition.name, ask=recognition.ask, language=language
+    )
+    return controller
 
 
 def _check_robot(robot: object) -> None:
@@ -234,15 +351,12 @@ def _settings(commands: Mapping[str, Any] | None) -> Config | None:
         raise ConfigError(f"commands: {error}", "docs/actions.md lists the steps") from error
 
 
-def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: Clock) -> None:
-    """Put what is heard into an inbox, in the time of the run, and its end."""
-    try:
-        for event in heard:
-            check_type((Utterance, Partial), event, "heard")
-            inbox.put(shift_time(event, clock.now() - event.t))
-    except BaseException as error:  # `sys.exit` and a cancelled task, too: nobody commands any more
-        inbox.put(End(error))
-    else:
-        while not inbox.is_empty:  # the end would overtake what was heard
-            time.sleep(0.01)
-        inbox.put(End())
+def _is_time(now: float) -> bool:
+    """Whether this can be a time of a run, s."""
+    return is_finite(now) and abs(now) <= MAX_TIME
+
+
+def _check_time(now: float) -> None:
+    """Raise ConfigError for what is no time of a run, s."""
+    if not _is_time(now):
+        raise ConfigError(f"the time of the run is {shown_value(now)}; give seconds")

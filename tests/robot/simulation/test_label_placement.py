@@ -1,21 +1,23 @@
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.path import Path
+from matplotlib.transforms import Bbox
 
 from voz.robot.simulation.label_placement import (
     NEAR_DISTANCES,
     LabelRequest,
     Points,
-    Rectangle,
+    hook,
     place_labels,
 )
 
-AREA = Rectangle(0, 0, 500, 300)
+AREA = Bbox.from_extents(0, 0, 500, 300)
 NOTHING: Points = np.empty((0, 2))
 
 wishes = st.builds(
@@ -31,33 +33,40 @@ wishes = st.builds(
 def test_labels_never_cover_each_other_or_what_is_taken(
     wishes: list[LabelRequest], points: list[tuple[float, float]]
 ) -> None:
-    taken, avoid = Rectangle(200, 100, 260, 140), np.reshape(points, (-1, 2))
+    taken, avoid = Bbox.from_extents(200, 100, 260, 140), np.reshape(points, (-1, 2))
     boxes = place_labels(wishes, avoid, [taken], AREA)
     assert len(boxes) == len(wishes)
     placed = [(wish, box) for wish, box in zip(wishes, boxes, strict=True) if box]
     for wish, box in placed:
-        assert (box.right - box.left, box.top - box.bottom) == pytest.approx(wish.size)
-        assert box.is_within(AREA)
-        assert not box.meets(taken)
+        assert box.size == pytest.approx(wish.size)
+        assert AREA.count_contains(box.corners()) == 4
+        assert not box.overlaps(taken)
         if not wish.leader:
-            assert not box.holds(avoid).any()
+            assert not box.count_contains(avoid)
     for (wish, box), (_, other) in permutations(placed, 2):
-        assert not box.meets(other)
-        leader = np.linspace(wish.anchor, box.hook(), 25)
-        assert not (wish.leader and other.holds(leader).any())
+        assert not box.overlaps(other)
+        assert not (wish.leader and Path([wish.anchor, hook(box)]).intersects_bbox(other))
+
+
+def test_forty_labels_along_a_way_all_find_room() -> None:
+    way = np.array([(50 + 10 * n, 150 + 60 * np.sin(n / 6)) for n in range(40)])
+    boxes = place_labels([LabelRequest((x, y), (40, 14), True) for x, y in way], way, [], AREA)
+    placed = [box for box in boxes if box]
+    assert len(placed) == 40
+    assert not any(one.overlaps(other) for one, other in combinations(placed, 2))
 
 
 def test_a_label_alone_is_near_what_it_names() -> None:
     (box,) = place_labels([LabelRequest((250, 150), (80, 20), False)], NOTHING, [], AREA)
     assert box
-    assert box.grown(max(NEAR_DISTANCES)).holds(np.array([[250, 150]])).all()
+    assert box.padded(max(NEAR_DISTANCES) + 0.01).contains(250, 150)
 
 
 def test_a_label_goes_where_it_covers_nothing() -> None:
     above = np.array([(x, y) for x in range(150, 350, 5) for y in range(155, 300, 5)])
     (box,) = place_labels([LabelRequest((250, 150), (80, 20), True)], above, [], AREA)
     assert box
-    assert box.top < 155
+    assert box.y1 < 155
 
 
 def test_a_label_without_a_leader_is_left_out_rather_than_far_away() -> None:

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from functools import partial
 from itertools import pairwise
 from math import cos, hypot, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.transforms import Affine2D, Bbox
 
 from voz.robot.simulation import shapes
-from voz.robot.simulation.label_placement import (
-    LabelRequest,
-    Points,
-    Rectangle,
-    place_labels,
-)
+from voz.robot.simulation.label_placement import LabelRequest, Points, hook, place_labels
 from voz.robot.simulation.simulator import Trip, TripMark
 from voz.robot.simulation.world import WorldState, joints_pointing_at, place_of
 
@@ -151,9 +145,9 @@ class Label:
         point = canvas.figure.dpi / 72
         return box.width / point + 2 * self.air, box.height / point + 2 * self.air
 
-    def put(self, corner: tuple[float, float], hook: tuple[float, float]) -> None:
+    def put(self, corner: Points, hook: Points) -> None:
         """Move its upper left corner to a place, m, with a leader that ends at `hook`."""
-        self._text.set_position(corner)
+        self._text.set_position((corner[0], corner[1]))
         if self.commands:
             (x, y), look = self.place, _SAID
             (leader,) = self._axes.plot([x, hook[0]], [y, hook[1]], lw=1, alpha=0.7, **look)
@@ -185,37 +179,25 @@ def write_along(
     said = same_place(trip.said)[-MAX_LABELS:]
     labels += [Label(axes, _lines(group), len(group)) for group in said]
     point = canvas.figure.dpi / 72
-    on_paper, in_room = partial(_on_paper, axes, point), partial(_in_room, axes, point)
-    (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
-    right = max(
-        right, canvas.figure.bbox.width / point - UNUSED_MARGIN
-    )  # beside a narrow room there is space
-    boxes = [Rectangle(*artist.get_window_extent().extents / point) for artist in taken]
+    on_paper = axes.transData + Affine2D().scale(1 / point)  # from m to 1/72 inch
+    in_room = on_paper.inverted()
+    (left, bottom), (right, top) = on_paper.transform([(0, 0), trip.settings.room])
+    # Beside a narrow room there is space.
+    right = max(right, canvas.figure.bbox.width / point - UNUSED_MARGIN)
+    area = Bbox([[left, bottom], [right, top]]).padded(-WALL_MARGIN)
+    boxes = [Bbox(artist.get_window_extent().get_points() / point) for artist in taken]
     wishes = [
-        LabelRequest(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)
+        LabelRequest(tuple(on_paper.transform(label.place)), label.size(canvas), label.commands > 0)
         for label in labels
     ]
-    area = Rectangle(
-        left + WALL_MARGIN, bottom + WALL_MARGIN, right - WALL_MARGIN, top - WALL_MARGIN
-    )
-    places = place_labels(wishes, on_paper(_busy(trip)), boxes, area)
+    places = place_labels(wishes, on_paper.transform(_busy(trip)), boxes, area)
     for label, box in zip(labels, places, strict=True):
         if box is None:
             label.remove()
         else:
-            label.put(in_room(box.left + label.air, box.top - label.air), in_room(*box.hook()))
+            corner = (box.x0 + label.air, box.y1 - label.air)
+            label.put(in_room.transform(corner), in_room.transform(hook(box)))
     return [label for label in labels if label.artists]
-
-
-def _on_paper(axes: Axes, point: float, places: npt.ArrayLike) -> Points:
-    """Convert places of the room to points on paper, 1/72 inch; `point` is a point in pixels."""
-    pixels: Points = axes.transData.transform(places) / point
-    return pixels
-
-
-def _in_room(axes: Axes, point: float, x: float, y: float) -> tuple[float, float]:
-    place = axes.transData.inverted().transform((x * point, y * point))
-    return float(place[0]), float(place[1])
 
 
 def _lines(group: Sequence[TripMark]) -> list[TripMark]:

@@ -73,6 +73,7 @@ def is_mark(node: ast.Assign) -> bool:
     return ast.unparse(node.targets[0]) == "pytestmark"
 
 
+@pytest.hookimpl(optionalhook=True)  # benchmarks/mutants.py leaves xdist out
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> OneProcessInRealTime:
     return OneProcessInRealTime(config, log)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from functools import partial
 
@@ -18,7 +18,7 @@ from voz.control.messages import Beat, ControllerMessage, Halt, StopMotion
 from voz.control.motion import Place
 from voz.control.steps import Step
 from voz.errors import ConfigError, RobotError
-from voz.events import Event, Partial, Receiver, SelectedObject, Twist, Utterance
+from voz.events import Event, Notice, Partial, Receiver, SelectedObject, Twist, Utterance
 from voz.run.controller import Controller
 from voz.run.parts import take_utterances
 from voz.run.session import Session
@@ -238,6 +238,89 @@ def test_what_cannot_be_is_one_line() -> None:
         voz.Controller(Wheels(), commands={"fly": {"no_such_step": 1}})
     with pytest.raises(voz.ConfigError):
         voz.Controller(Wheels(), commands={"stop": {"drive": 0.1}})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: Controller([1]),  # type: ignore[list-item]
+        lambda: Controller([], safety=1),  # type: ignore[arg-type]
+        lambda: Controller([], table=1),  # type: ignore[arg-type]
+        lambda: Controller([], odometry=1),  # type: ignore[arg-type]
+        lambda: Controller([], listening=1),  # type: ignore[arg-type]
+        lambda: Controller([]).hear(1),  # type: ignore[arg-type]
+        lambda: Controller([]).hear(heard("stop"), late=1),  # type: ignore[arg-type]
+        lambda: Controller([]).send("1"),  # type: ignore[arg-type]
+        lambda: Controller([]).run(1),  # type: ignore[arg-type]
+    ],
+)
+def test_an_argument_of_another_type_is_an_error_of_voz(wrong: Callable[[], object]) -> None:
+    with pytest.raises(ConfigError, match=r"^(Expected .*, got `int` - at|the time of the run is)"):
+        wrong()
+
+
+def test_a_loop_of_ones_own_hears_sends_and_stops() -> None:
+    events: list[Event] = []
+    with Controller([events.append], listening=True) as controller:
+        controller.hear(heard("go forward", now=0.2), late=True)
+        controller.send(0.3)
+        controller.hear(heard("go forward", now=0.4))
+        controller.send(0.5)
+        controller.stop(0.6, "a wall")
+        controller.send(0.7)
+        controller.hear(heard("go back", now=0.8))
+    sent = [event for event in events if isinstance(event, Twist)]
+    assert sent == [Twist(0.3, 0, 0), Twist(0.5, 0.1, 0), Twist(0.7, 0, 0), Twist(0.7, 0, 0)]
+    assert [event.text for event in events if isinstance(event, Notice)] == ["a wall"]
+    assert not controller.moving
+
+
+def test_zero_goes_out_last_at_the_time_that_was_reached() -> None:
+    events: list[Event] = []
+    with Controller([events.append], listening=True) as controller:
+        pass
+    assert events == [Twist(0, 0, 0)]
+    with controller:
+        controller.run(said("go forward"))
+    assert events[-1].t >= 0.3
+    assert events[-1] == Twist(events[-1].t, 0, 0)
+
+
+def test_after_the_block_the_robot_is_not_open() -> None:
+    with Controller(Wheels()) as controller:
+        pass
+    with pytest.raises(ConfigError, match="is not open"):
+        controller.run([])
+
+
+def test_a_robot_knows_where_it_is_and_that_it_is_lost() -> None:
+    class Cable(Wheels):
+        def place(self, t: float) -> Place | None:
+            asked.append(t)
+            return None
+
+        def lost(self) -> str | None:
+            return "its cable is out" if (0.1, 0.0) in self.velocities else None
+
+    asked: list[float] = []
+    events: list[Event] = []
+    with Controller(Cable(), listening=True) as controller:
+        controller.receivers.append(events.append)
+        controller.run(said("go forward"))
+    told = [event.text for event in events if isinstance(event, Notice)]
+    assert told == ["the robot robot is lost (its cable is out): the robot stops"]
+    assert asked
+
+
+def test_a_forked_process_leaves_the_robot_to_the_one_that_it_comes_from(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = Wheels()
+    controller = Controller(robot)
+    with controller:
+        monkeypatch.setattr("os.getpid", lambda: -1)
+    assert robot.is_open
+    assert robot.velocities == []
 
 
 class Microphone:

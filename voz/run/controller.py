@@ -127,8 +127,7 @@ class Controller(PublicNames):
     def __exit__(self, *_: object) -> None:
         """Stop the robot and close it; raises what a receiver raises, after that."""
         if self.is_forked:
-            self._opened.pop_all()  # the process that it comes from stops the robot and closes it
-            return
+            return  # the process that it comes from stops the robot and closes it
         with self._opened:
             self.halt()
             self.zero(self._now)

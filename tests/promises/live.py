@@ -18,7 +18,6 @@ from wyoming.asr import Transcript
 
 from voz.apps.servers.connections import WYOMING_PLACES, ConnectionGuard
 from voz.apps.web.live_page import LivePage
-from voz.apps.web.picture import DeadReckoningPicture
 from voz.apps.wyoming.robot_service import CommandHandler, RobotService
 from voz.control.messages import End, Halt, Rehearsal, Renewal
 from voz.events import Event
@@ -171,25 +170,21 @@ class Live:
             self._followed.over = True
 
     def _page(self, session: Session) -> LivePage:
-        commands = recognizer_for(self.given.name, self.given.ask).commands
         address: Any = self.server
         with mock.patch("voz.apps.web.live_page.BrowserMicrophone", self._follow):
             return LivePage(
-                address, session.inbox, session.clock, lambda: commands,
-                picture=DeadReckoningPicture(), browser_listens=self._browser_listens,
+                session,
+                address,
+                browser_listens=self._browser_listens,
                 now=lambda: self.timeline.now,
-            )  # fmt: skip
+            )
 
     def _follow(self, warn: Callable[[str], None]) -> FollowedMicrophone:
         self._followed = FollowedMicrophone(warn)
         return self._followed
 
     def _service(self, session: Session, page_drives: Callable[[], bool]) -> Service:
-        commands = recognizer_for(self.given.name, self.given.ask).commands
-        self.service = Service(
-            "unix:///", lambda: commands, "en", session.inbox, session.clock,
-            page_drives=page_drives,
-        )  # fmt: skip
+        self.service = Service(session, page_drives, "unix:///")
         return self.service
 
     @contextmanager

@@ -21,18 +21,16 @@ from voz.process.signals import SOME_UNREADABLE
 from voz.texts import language_of, text
 
 if TYPE_CHECKING:
-    from voz.apps.recordings.recorder import Recorder
-    from voz.apps.web.web_server import PageAddress
     from voz.config import Config
     from voz.language.language_files import LanguageFiles
     from voz.language.sentences.command_set import Commands
     from voz.recognition.engine import RecognitionEngine
     from voz.run.clocks import Source
-    from voz.run.live import CommandService, OtherRecognizer, Page
+    from voz.run.live import OtherRecognizer, Page, RecorderOpener, ServiceMaker
     from voz.run.robots import RunRobots
     from voz.run.session import Session
     from voz.run.spec import Part
-    from voz.settings import Ros2
+    from voz.settings import Recording, Ros2
     from voz.terminal.live_terminal import LiveTerminal
 
 
@@ -240,17 +238,20 @@ def _chosen_microphone(options: RunOptions, language: str) -> str | None:
 
 
 @contextmanager
-def _page_site(options: RunOptions, language: str) -> Iterator[PageAddress]:
+def _page(
+    options: RunOptions, language: str, browser_listens: bool
+) -> Iterator[Callable[[Session], Page]]:
     """Take the page's address for a `with` block, and show it; raises ConfigError."""
     require_page()
+    from voz.apps.web.live_page import LivePage
     from voz.apps.web.web_server import open_page_address, qr_code
 
     authority = data_folder("certificates") if options.https else None
-    with open_page_address(options.web_host, options.web_port, authority) as site:
-        info(text("operator page: {link}", language, link=site.link))
-        if site.access.needs_token and sys.stderr.isatty():  # else it is a log
-            print(qr_code(site.link), file=sys.stderr, flush=True)
-        yield site
+    with open_page_address(options.web_host, options.web_port, authority) as address:
+        info(text("operator page: {link}", language, link=address.link))
+        if address.access.needs_token and sys.stderr.isatty():  # else it is a log
+            print(qr_code(address.link), file=sys.stderr, flush=True)
+        yield partial(LivePage, address=address, browser_listens=browser_listens)
 
 
 def _live(
@@ -267,67 +268,34 @@ def _live(
 
     language = language_of(settings.language.name)
     microphone = _chosen_microphone(options, language)
-    site = opened.enter_context(_page_site(options, language)) if options.web else None
+    opening = _page(options, language, microphone is None)
+    page = opened.enter_context(opening) if options.web else None
     recognizer = load()
     file = options.settings_file
     return partial(
         drive_live,
         recognizer=recognizer,
         sound=no_sound() if microphone == NO_DEVICE else sound_card(options.device),
-        page=partial(_page, site, recognizer, microphone) if site else None,
-        service=partial(_service, options, recognizer) if options.wyoming else None,
+        page=page,
+        service=_service(options.wyoming, options.zeroconf) if options.wyoming else None,
         other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
-        record=partial(_recorder, options.record, settings) if options.record else None,
+        record=_recorder(options.record, settings.recording) if options.record else None,
         settings_file=SettingsFile(file, options.settings) if file else None,
         terminal=terminal,
         announce=info,
     )
 
 
-def _page(
-    site: PageAddress, recognizer: RecognitionEngine, microphone: str | None, session: Session
-) -> Page:
-    """Make the page of a run; the browser is the microphone where there is no other."""
-    from voz.apps.web.live_page import LivePage
-    from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
-
-    view = session.view
-    picture = RoomPicture(view.settings, view.state) if view else DeadReckoningPicture()
-    return LivePage(
-        site,
-        session.inbox,
-        session.clock,
-        lambda: recognizer.commands,
-        picture=picture,
-        browser_listens=microphone is None,
-    )
-
-
-def _service(
-    options: RunOptions,
-    recognizer: RecognitionEngine,
-    session: Session,
-    page_drives: Callable[[], bool],
-) -> CommandService:
-    """Make what takes commands of Wyoming clients."""
+def _service(uri: str, announce: bool) -> ServiceMaker:
     from voz.apps.wyoming.robot_service import RobotService
-    from voz.language.language_files import read_language_info
 
-    return RobotService(
-        str(options.wyoming),
-        lambda: recognizer.commands,
-        read_language_info(recognizer.files).code,
-        session.inbox,
-        session.clock,
-        page_drives=page_drives,
-        announce=options.zeroconf,
-    )
+    return partial(RobotService, uri=uri, announce=announce)
 
 
-def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Recorder:
+def _recorder(folder: Path, settings: Recording) -> RecorderOpener:
     from voz.apps.recordings.recorder import Recorder
 
-    return Recorder(folder, settings.recording.gigabytes, warn)
+    return partial(Recorder, folder, settings.gigabytes)
 
 
 def _other_recognizer(settings: Ros2) -> OtherRecognizer:

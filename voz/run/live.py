@@ -61,7 +61,7 @@ class Page(Protocol):
     def trouble(self, moving: bool) -> str | None:
         """Return why it does not drive any more, if that matters."""
 
-    def serving(self, session: Session) -> AbstractContextManager[SpeechInput]:
+    def serving(self) -> AbstractContextManager[SpeechInput]:
         """Serve it for a `with` block; yields what to watch in place of the microphone."""
 
 
@@ -107,8 +107,8 @@ def drive_live(
     settings = session.spec.settings
     with ExitStack() as opened:
         enter = opened.enter_context
-        shown = page(session) if page else None
         session.recognizer = recognizer
+        shown = page(session) if page else None
         session.recorder = enter(record(session.warn)) if record else None
         enter(speak_replies(session))
         hearing = session.hearing = enter(
@@ -153,7 +153,7 @@ def _serving(session: Session, page: Page) -> AbstractContextManager[SpeechInput
     session.add_unwatched(page.unwatched_source)
     controller = session.controller
     session.watch(PAGE, lambda: page.trouble(controller.moving), *page.sources)
-    return page.serving(session)
+    return page.serving()
 
 
 def _sound(session: Session, sound: SoundSource, page: Page | None) -> SoundSource:

@@ -44,12 +44,12 @@ class Run:
         self.controller = voz.Controller([self.events.append], listening=True)
         self._inbox = Inbox({"stop", "stop speech"})
         clock: Any = self
-        unused: Any = None
-        page = LivePage(
-            unused, self._inbox, clock, unused, picture=unused,
-            browser_listens=browser_listens, now=lambda: self.now,
-        )  # fmt: skip
+        address: Any = None  # it is not served
         self.session = Session(RunSpec(controller=self.controller, inbox=self._inbox))
+        self.session.clock = clock
+        page = LivePage(
+            self.session, address, browser_listens=browser_listens, now=lambda: self.now
+        )
         self.session.watch(PAGE, lambda: page.trouble(self.controller.moving), *page.sources)
         self.lock = page.driver_lock
         self.registry = PageRegistry(

@@ -13,6 +13,8 @@ from voz.control.messages import Halt
 from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.clocks import WallClock
+from voz.run.session import Session
+from voz.run.spec import RunSpec
 
 
 @pytest.mark.parametrize("listens", [True, False])
@@ -20,9 +22,10 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     events: list[Event] = []
     controller = voz.Controller([events.append], listening=True)
     inbox = Inbox({"stop"})
-    clock = WallClock(inbox)
-    unused: Any = None
-    page = LivePage(unused, inbox, clock, unused, picture=unused, browser_listens=listens)
+    session = Session(RunSpec(controller=controller, inbox=inbox))
+    session.clock = clock = WallClock(inbox)
+    address: Any = None  # it is not served
+    page = LivePage(session, address, browser_listens=listens)
     page.driver_lock.acquire(1, False, time.monotonic())
     begun = clock.now()
     time.sleep(0.02)

@@ -19,7 +19,7 @@ from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.page_messages import PAGE_SOURCE, PROGRAM_SOURCE, EventHistory, Record
 from voz.apps.web.page_registry import PageRegistry
 from voz.apps.web.page_sound import BROWSER_SOURCE, BrowserMicrophone, PagePlayback
-from voz.apps.web.picture import Picture
+from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
 from voz.apps.web.tuning_api import FalseAlarmSetting, RecordingMarks, TuningApi
 from voz.apps.web.web_server import PageAddress, start_background_tasks
 from voz.apps.web.websocket_api import WebSocketApi
@@ -28,9 +28,7 @@ from voz.control.table import CommandTable
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
 from voz.hearing.microphone_thread import Hearing, SoundSource
-from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
-from voz.run.clocks import Clock, warn
 from voz.run.controller import Controller
 from voz.run.session import Session, SpeechInput
 
@@ -45,27 +43,21 @@ class LivePage:
 
     def __init__(
         self,
+        session: Session,
         address: PageAddress,
-        inbox: Inbox,
-        clock: Clock,
-        commands: Callable[[], Commands],
         *,
-        picture: Picture,
         browser_listens: bool,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare to serve a page at an address, which drives by an inbox.
+        """Prepare to serve a page of a run at an address.
 
-        `commands` returns what may be said now; the buttons are in their order. By `now`, s, a page
-        that is silent counts as gone.
+        By `now`, s, a page that is silent counts as gone.
         """
+        self._session = session
         self._address = address
-        self._inbox = inbox
-        self._clock = clock
-        self._commands = commands
-        self._picture = picture
-        self._warn = partial(warn, inbox, clock)
-        self._microphone = BrowserMicrophone(self._warn) if browser_listens else None
+        view = session.view
+        self._picture = RoomPicture(view.settings, view.state) if view else DeadReckoningPicture()
+        self._microphone = BrowserMicrophone(session.warn) if browser_listens else None
         self._playback = PagePlayback()
         self._events = EventQueue()
         self.driver_lock = DriverLock()  # knows which page drives, and whether it is there
@@ -102,30 +94,35 @@ class LivePage:
         problem = self.driver_lock.trouble(self._now(), moving)
         if self.driver_lock.released_at_rest and self._microphone:
             # What was said last may be recognized only now, with nobody there who can stop it.
-            self._inbox.put(Halt(NO_DRIVER, self._clock.now()))
+            self._session.inbox.put(Halt(NO_DRIVER, self._session.clock.now()))
         return problem
 
     @contextmanager
-    def serving(self, session: Session) -> Iterator[SpeechInput]:
+    def serving(self) -> Iterator[SpeechInput]:
         """Serve the page for a `with` block; gives what listens, whose trouble the page shows."""
+        session, inbox = self._session, self._session.inbox
         recognizer, settings = session.recognizer, session.spec.settings
         assert session.hearing
         assert recognizer
+
+        def commands() -> Commands:
+            return recognizer.commands
+
         hearing = _WatchedHearing(session.hearing)
         registry = PageRegistry(
-            CommandBridge(self._inbox, self._clock.now, self._commands),
+            CommandBridge(inbox, session.clock.now, commands),
             EventHistory(recognizer.threshold_of),
             self.driver_lock,
-            warn=self._warn,
+            warn=session.warn,
             microphone=self._microphone,
-            set_rehearsal=lambda on: self._inbox.put(Rehearsal(on)),
+            set_rehearsal=lambda on: inbox.put(Rehearsal(on)),
             now=self._now,
         )
         recorder = session.recorder if isinstance(session.recorder, Recorder) else None
-        marks = RecordingMarks(recorder, self._commands)
-        false_alarms = FalseAlarmSetting(recognizer, settings.recognition, self._warn)
-        given = _CurrentCommands(self._commands, session.controller)
-        shown = _Shown(session, hearing, given, marks, false_alarms, registry)
+        marks = RecordingMarks(recorder, commands)
+        false_alarms = FalseAlarmSetting(recognizer, settings.recognition, session.warn)
+        given = _CurrentCommands(commands, session.controller)
+        shown = _Shown(hearing, given, marks, false_alarms, registry)
         snapshot = partial(self._snapshot, shown)
         voice = settings.speech.voice
         routes = [
@@ -142,7 +139,7 @@ class LivePage:
             self._address.renew_certificate,
         )
         app = application(routes, self._address.authority)
-        with self._address.serving(app, start_tasks, self._warn):
+        with self._address.serving(app, start_tasks, session.warn):
             yield hearing
 
     def _snapshot(self, shown: _Shown) -> Record:
@@ -159,7 +156,7 @@ class LivePage:
 
     def _state(self, shown: _Shown) -> Record:
         """The current state, on the server's thread."""
-        controller, speaker = shown.session.controller, shown.session.speaker
+        controller, speaker = self._session.controller, self._session.speaker
         linear, angular = controller.velocities
         needs_name = self._microphone is None or self._microphone.is_hands_free
         awake = controller.awake or not needs_name
@@ -167,7 +164,7 @@ class LivePage:
             self._playback.busy_until(), speaker.mixer.busy_until() if speaker else 0.0
         )
         return {
-            "t": self._clock.now(),
+            "t": self._session.clock.now(),
             "listening": controller.listening,
             "asleep": "" if awake else controller.name,
             "rehearsing": controller.state.rehearsing,
@@ -190,7 +187,6 @@ class LivePage:
 class _Shown:
     """What a page shows of a run."""
 
-    session: Session
     hearing: _WatchedHearing
     commands: _CurrentCommands
     marks: RecordingMarks

@@ -46,9 +46,9 @@ from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
 from voz.errors import ConfigError, RobotError
 from voz.events import Event, explain_not_obeyed
-from voz.inbox import Inbox
+from voz.language.language_files import read_language_info
 from voz.language.sentences.command_set import Commands, Parse
-from voz.run.clocks import Clock, warn
+from voz.run.session import Session
 from voz.run.sources import parsed_utterance
 from voz.texts import language_of, translate
 
@@ -179,30 +179,33 @@ class RobotService:
 
     def __init__(
         self,
-        uri: str,
-        commands: Callable[[], Commands],
-        language: str,
-        inbox: Inbox,
-        clock: Clock,
-        *,
+        session: Session,
         page_drives: Callable[[], bool],
+        uri: str,
+        *,
         announce: bool = True,
     ) -> None:
         """Prepare to serve at an address, `tcp://HOST:PORT` or `unix://FILE`.
 
-        `commands` returns what may be said now, in a language by its code. While `page_drives` is
-        true, only commands that stop the robot are obeyed.
+        While `page_drives` is true, only commands that stop the robot are obeyed.
         """
+        recognizer = session.recognizer
+        assert recognizer
+
+        def commands() -> Commands:
+            return recognizer.commands
+
+        language = read_language_info(recognizer.files).code
         self._uri = uri
         self._events = EventQueue()
-        self._bridge = CommandBridge(inbox, clock.now, commands)
+        self._bridge = CommandBridge(session.inbox, session.clock.now, commands)
         self._robot = RobotAccess(
             self._bridge, commands, language, page_drives,
             limit=RateLimit(COMMAND_RATE, COMMAND_BURST),
             event_limit_of=rate_limit_per_client(REQUEST_RATE, REQUEST_BURST),
         )  # fmt: skip
         self._announce = announce
-        self._warn = partial(warn, inbox, clock)
+        self._warn = session.warn
 
     def receive(self, event: Event) -> None:
         """Take an event of the run; it never waits."""

@@ -9,8 +9,8 @@ from make_fixtures import LISTS, lines, list_clips
 from synthesis import Fixture, write
 
 from voz.api.recognizer import Recognizer
-from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import UtteranceRow
+from voz.apps.batch.worker import decode_recording
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
 from voz.language.language_files import LanguageFiles

@@ -204,8 +204,9 @@ def decode(
 def _decode_pipe(
     options: DecodeOptions, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
-    from voz.apps.batch.decoding import decode_blocks, piped_blocks
     from voz.apps.batch.outcomes import SilentRow
+    from voz.apps.batch.worker import decode_blocks
+    from voz.audio.piped_sound import piped_blocks
     from voz.cli.decode_output import writer
     from voz.recognition.engine import RecognitionEngine
     from voz.recognition.profiles import load_profile
@@ -306,9 +307,9 @@ def _simulation_options(
 
 def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> bool:
     from voz.apps.batch.alignments import with_text_grids
+    from voz.apps.batch.batch_decoder import in_input_order
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.outcomes import with_manifest
-    from voz.apps.batch.output import in_input_order
     from voz.cli.decode_output import with_progress, with_warnings, writer
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
@@ -342,7 +343,7 @@ def _stdin() -> BufferedReader:
 
 def _is_sound() -> bool:
     """Whether a recording comes on standard input, and no list."""
-    from voz.apps.batch.decoding import is_sound
+    from voz.audio.piped_sound import is_sound
 
     return is_sound(_stdin())
 

@@ -19,11 +19,10 @@ from voz.errors import ConfigError
 from voz.files import shown_path
 
 if TYPE_CHECKING:
-    from voz.apps.batch.batch_decoder import BatchDecoder
+    from voz.apps.batch.batch_decoder import BatchDecoder, Finished
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.outcomes import Outcome, Row, UtteranceRow
-    from voz.apps.batch.scheduler import Finished
     from voz.apps.evaluation.results import Result
     from voz.apps.recordings.manifest import Clip
     from voz.cli.decode_command import DecodeOptions

@@ -13,10 +13,10 @@ from praatio import textgrid
 from praatio.data_classes.textgrid import Textgrid
 
 from voz.apps.batch.alignments import text_grid, with_text_grids
+from voz.apps.batch.batch_decoder import Finished
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.formats import open_output, write_output
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, SilentRow, UtteranceRow
-from voz.apps.batch.scheduler import Finished
 from voz.errors import ConfigError
 from voz.events import SpokenWord
 from voz.settings import Recognition

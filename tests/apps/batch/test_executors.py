@@ -20,6 +20,7 @@ from distributed import Client
 from programs import is_alive
 from recordings import ROOT, Recording
 
+from voz.apps.batch.batch_decoder import Scheduler
 from voz.apps.batch.executors import (
     InlineExecutor,
     ProcessExecutor,
@@ -27,7 +28,6 @@ from voz.apps.batch.executors import (
     process_executor,
 )
 from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow
-from voz.apps.batch.scheduler import Scheduler
 from voz.apps.batch.worker import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
@@ -136,7 +136,7 @@ PARENT = """
 import sys, time
 from pathlib import Path
 from voz.apps.batch.executors import process_executor
-from voz.apps.batch.scheduler import Scheduler
+from voz.apps.batch.batch_decoder import Scheduler
 from voz.apps.batch.worker import WorkerSetup
 from voz.settings import Recognition
 

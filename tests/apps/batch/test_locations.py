@@ -13,12 +13,11 @@ import pytest
 from calls import in_process
 from recordings import FIXTURES, GO_BACK
 
-from voz.apps.batch.batch_decoder import BatchDecoder
+from voz.apps.batch.batch_decoder import BatchDecoder, Finished
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.locations import exists, journal_path, local_recording
 from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.apps.batch.output import ResumeOptions, decode_to_output, merge
-from voz.apps.batch.scheduler import Finished
 from voz.apps.batch.worker import WorkerSetup
 from voz.errors import AudioError, ConfigError
 from voz.language.language_files import PACKAGED_FOLDER

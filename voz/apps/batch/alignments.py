@@ -16,7 +16,7 @@ from voz.events import explain
 from voz.files import atomic_write, os_errors_as_config_error
 
 if TYPE_CHECKING:
-    from voz.apps.batch.scheduler import Finished
+    from voz.apps.batch.batch_decoder import Finished
 
 
 COMMENT = ";;"

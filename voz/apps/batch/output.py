@@ -9,13 +9,13 @@ from typing import TypeAlias, TypeVar
 
 from msgspec.structs import replace
 
+from voz.apps.batch.batch_decoder import Finished
 from voz.apps.batch.fingerprint import Header, difference
 from voz.apps.batch.formats import format_of, group_by_file, open_output, write_output
 from voz.apps.batch.inputs import parse_shard
 from voz.apps.batch.journal import Journal, NamedOutcomes, check_same_run, open_journal
 from voz.apps.batch.locations import exists, journal_path, object_state, output_file, shown_name
 from voz.apps.batch.outcomes import ManifestFields, Outcome, Row, with_manifest
-from voz.apps.batch.scheduler import Finished
 from voz.apps.batch.stamps import RecordingStamp, check_stamps, read_stamps, stamp_of, write_stamps
 from voz.errors import ConfigError
 
@@ -130,17 +130,6 @@ def _finished(output: str, header: Header, options: ResumeOptions) -> NamedOutco
             stamp = next(stamps, RecordingStamp(file)).stamp if stamps else stamp_of(file)
             plain = with_manifest(together, {})  # which may say something else now
             yield file, Outcome(tuple(plain), stamp=stamp)
-
-
-def in_input_order(known: Iterator[Finished]) -> Iterator[Outcome]:
-    """Put outcomes into the order of the input; early ones wait."""
-    early: dict[int, Outcome] = {}
-    following = 0
-    for number, outcome in known:
-        early[number] = outcome
-        while following in early:
-            yield early.pop(following)
-            following += 1
 
 
 Of = TypeVar("Of")

@@ -1,9 +1,13 @@
-"""The work of a worker: the models are loaded once, and a bad recording is only a row."""
+"""The work of a worker: decodes recordings, each as if it were alone.
+
+The models are loaded once, and a bad recording is only a row.
+"""
 
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -11,11 +15,19 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.fingerprint import check_same
 from voz.apps.batch.locations import LocalRecording, local_recording, shown_name
-from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, failed_outcome
+from voz.apps.batch.outcomes import (
+    ErrorRow,
+    Outcome,
+    Row,
+    failed_outcome,
+    make_outcome,
+    utterance_row,
+)
 from voz.apps.batch.stamps import stamp_of, with_checksum
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.sound_files import read_blocks
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
 from voz.language.language_files import LanguageFiles
@@ -80,6 +92,57 @@ def _heard(recognizer: RecognitionEngine, found: LocalRecording, setup: WorkerSe
     from voz.apps.batch.simulated_run import simulate_recording
 
     return simulate_recording(recognizer, found, setup.simulation, setup.details)
+
+
+def decode_recording(
+    recognizer: RecognitionEngine,
+    path: Path,
+    file: str | None = None,
+    details: Details = NO_DETAILS,
+) -> Outcome:
+    """Decode one recording as if it were alone; its rows name it by `file`, or else by its path.
+
+    The rows are its utterances, then the error if reading it failed; one `SilentRow` if nothing
+    was said.
+    """
+    warnings: list[str] = []
+    blocks = read_blocks(path, warnings.append)
+    outcome = decode_blocks(recognizer, blocks, file or shown_path(path), details)
+    return replace(outcome, warnings=tuple(warnings))
+
+
+def decode_blocks(
+    recognizer: RecognitionEngine,
+    blocks: Iterable[Samples],
+    file: str,
+    details: Details = NO_DETAILS,
+    on_row: Callable[[Row], None] = lambda _: None,
+) -> Outcome:
+    """Decode one recording, 16 kHz, whose rows name it `file`; the blocks may end in an AudioError.
+
+    `on_row` is called with each row as soon as it is known; `details` are what rows have besides.
+    """
+    before = time.process_time()
+    heard = 0
+
+    def counted() -> Iterator[Samples]:
+        nonlocal heard
+        for block in blocks:
+            heard += len(block)
+            yield block
+
+    rows: list[Row] = []
+
+    def add(row: Row) -> None:
+        rows.append(row)
+        on_row(row)
+
+    try:
+        for utterance in recognizer.utterances(counted(), file, details):
+            add(utterance_row(utterance, file))
+    except AudioError as error:
+        add(ErrorRow(file, str(error)))
+    return make_outcome(file, tuple(rows), heard / SAMPLE_RATE, time.process_time() - before)
 
 
 @contextmanager

@@ -94,7 +94,7 @@ def place_labels(
         ]
         for wish in wishes
     ]
-    # Those that must be near come first, then the largest.
+    # Those that must be near come first.
     order = sorted(range(len(wishes)), key=lambda i: wishes[i].leader)
     best: dict[int, LabelPlace] = {}
     for _ in range(LAYOUT_ROUNDS):

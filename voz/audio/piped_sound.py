@@ -1,84 +1,26 @@
-"""Decodes recordings, and sound from a pipe, each as if it were alone."""
+"""Sound from a pipe: samples, or a recording; PCM is read as it comes."""
 
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from msgspec.structs import replace
 
-from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
-from voz.audio import SAMPLE_RATE, Samples
+from voz.audio import Samples
 from voz.audio.sound_files import MAX_CHANNELS, ArrayConverter, Warn, read_blocks
 from voz.audio.wav import PCM, PCM_WIDTHS, WavHeader, pcm_samples, read_wav_header
 from voz.errors import AudioError
 from voz.files import shown_path
-from voz.recognition.engine import RecognitionEngine
-from voz.recognition.interpreter import NO_DETAILS, Details
-
-
-def decode_recording(
-    recognizer: RecognitionEngine,
-    path: Path,
-    file: str | None = None,
-    details: Details = NO_DETAILS,
-) -> Outcome:
-    """Decode one recording as if it were alone; its rows name it by `file`, or else by its path.
-
-    The rows are its utterances, then the error if reading it failed; one `SilentRow` if nothing
-    was said.
-    """
-    warnings: list[str] = []
-    blocks = read_blocks(path, warnings.append)
-    outcome = decode_blocks(recognizer, blocks, file or shown_path(path), details)
-    return replace(outcome, warnings=tuple(warnings))
-
-
-def decode_blocks(
-    recognizer: RecognitionEngine,
-    blocks: Iterable[Samples],
-    file: str,
-    details: Details = NO_DETAILS,
-    on_row: Callable[[Row], None] = lambda _: None,
-) -> Outcome:
-    """Decode one recording, 16 kHz, whose rows name it `file`; the blocks may end in an AudioError.
-
-    `on_row` is called with each row as soon as it is known; `details` are what rows have besides.
-    """
-    before = time.process_time()
-    heard = 0
-
-    def counted() -> Iterator[Samples]:
-        nonlocal heard
-        for block in blocks:
-            heard += len(block)
-            yield block
-
-    rows: list[Row] = []
-
-    def add(row: Row) -> None:
-        rows.append(row)
-        on_row(row)
-
-    try:
-        for utterance in recognizer.utterances(counted(), file, details):
-            add(utterance_row(utterance, file))
-    except AudioError as error:
-        add(ErrorRow(file, str(error)))
-    return make_outcome(file, tuple(rows), heard / SAMPLE_RATE, time.process_time() - before)
-
 
 PIPE_BLOCK_SECONDS = 0.1
 """Sound is read in blocks of this length, s, and so delayed by it."""
 
 SAMPLE_BYTES = 2
-
 
 MOST_PIPED_BYTES = 4_000_000_000
 """Of a recording that is read as a whole: a pipe may be endless."""

@@ -269,6 +269,8 @@ def test_a_loop_of_ones_own_hears_sends_and_stops() -> None:
         controller.stop(0.6, "a wall")
         controller.send(0.7)
         controller.hear(heard("go back", now=0.8))
+        with pytest.raises(ConfigError):
+            controller.send(math.nan)
     sent = [event for event in events if isinstance(event, Twist)]
     assert sent == [Twist(0.3, 0, 0), Twist(0.5, 0.1, 0), Twist(0.7, 0, 0), Twist(0.7, 0, 0)]
     assert [event.text for event in events if isinstance(event, Notice)] == ["a wall"]

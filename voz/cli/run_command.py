@@ -145,7 +145,6 @@ def _robots(options: RunOptions, settings: Config, names: list[str]) -> RunRobot
         picture=options.picture,
         animation=options.animation,
         verbose=options.verbose,
-        language=language_of(settings.language.name),
         info=info,
         warn=warn,
     )

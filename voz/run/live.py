@@ -19,7 +19,7 @@ from voz.run.sources import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
-from voz.texts import language_of, list_texts, text
+from voz.texts import list_texts, text
 
 PAGE = "the operator's page"
 
@@ -176,7 +176,7 @@ def _displayed(
         lambda: line.text,
         lambda: recorder.note if recorder else "",
         extra=session.view,
-        language=language_of(session.spec.settings.language.name),
+        language=session.language,
     )
     session.receivers.append(display.receive)
     with terminal.live(display.__rich__):
@@ -185,7 +185,7 @@ def _displayed(
 
 def _listening_line(session: Session, hearing: Hearing, others: Sequence[str]) -> str:
     """Say what is listened to, and what begins that."""
-    language = language_of(session.spec.settings.language.name)
+    language = session.language
     microphone = text("the microphone {name}", language, name=hearing.device)
     sources = [] if hearing.device == NO_MICROPHONE else [microphone]
     typed = ["typed commands"] if can_read_input() else []

@@ -68,9 +68,16 @@ class Programs:
 
     def add(self, table: CommandTable) -> None:
         """Load the functions of another table too, on any thread; raises ConfigError."""
-        functions = _functions(table)
-        _check_programs(table)
-        _check_sounds(table)
+        functions: dict[str, Callable[..., Any]] = {}
+        for state, name, step in table.all_steps():
+            error_at = partial(table.error_at, state, name)
+            if step.call:
+                target = str(step.call[0])
+                functions[target] = _imported(target, error_at)
+            if step.run:
+                _check_program(step.run[0], error_at)
+            if step.play:
+                _check_sound(step.play, error_at)
         self._functions = {**self._functions, **functions}
 
     def receive(self, event: Event) -> None:
@@ -170,15 +177,6 @@ def _kill(program: subprocess.Popen[str]) -> None:
     program.wait()
 
 
-def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
-    functions: dict[str, Callable[..., Any]] = {}
-    for state, name, step in table.all_steps():
-        if step.call:
-            target = str(step.call[0])
-            functions[target] = _imported(target, partial(table.error_at, state, name))
-    return functions
-
-
 def _imported(target: str, error_at: Callable[[str], ConfigError]) -> Callable[..., Any]:
     try:
         found = import_target(target)
@@ -193,19 +191,16 @@ def _imported(target: str, error_at: Callable[[str], ConfigError]) -> Callable[.
     return found  # type: ignore[no-any-return]
 
 
-def _check_programs(table: CommandTable) -> None:
-    for state, name, step in table.all_steps():
-        program = step.run[0] if step.run else None
-        if program and not SLOT.search(program) and not shutil.which(program):
-            why = f"runs {program}, and there is no such program; give its path, or install it"
-            raise table.error_at(state, name, why)
+def _check_program(program: str, error_at: Callable[[str], ConfigError]) -> None:
+    if program and not SLOT.search(program) and not shutil.which(program):
+        raise error_at(
+            f"runs {program}, and there is no such program; give its path, or install it"
+        )
 
 
-def _check_sounds(table: CommandTable) -> None:
-    builtin = [sound.title for sound in BuiltinSound]
-    for state, name, step in table.all_steps():
-        sound = step.play
-        if sound and not SLOT.search(sound) and sound not in builtin and not Path(sound).is_file():
-            near = get_close_matches(sound, builtin, 1)
-            meant = f"did you mean {near[0]}?" if near else "`voz sound --list` shows the others"
-            raise table.error_at(state, name, f"plays {sound}, and there is no such file; {meant}")
+def _check_sound(sound: str, error_at: Callable[[str], ConfigError]) -> None:
+    builtin = [each.title for each in BuiltinSound]
+    if not SLOT.search(sound) and sound not in builtin and not Path(sound).is_file():
+        near = get_close_matches(sound, builtin, 1)
+        meant = f"did you mean {near[0]}?" if near else "`voz sound --list` shows the others"
+        raise error_at(f"plays {sound}, and there is no such file; {meant}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -14,7 +15,6 @@ from voz.robot.base import Robot
 from voz.robot.console import in_words
 from voz.run.session import Session
 from voz.terminal.live_terminal import LiveTerminal
-from voz.texts import ENGLISH
 
 if TYPE_CHECKING:
     from voz.robot.simulation.simulator import SimulatedRobot
@@ -34,7 +34,6 @@ class RunRobots:
     picture: Path | None = None  # where the simulator's way is drawn after the run
     animation: Path | None = None  # the same, moving
     verbose: bool = False  # whether a console prints the evidence for an utterance
-    language: str = ENGLISH  # of the warnings where there is no console
     info: Callable[[str], None]  # takes lines for people
     warn: Callable[[str], None]  # takes warnings
 
@@ -76,7 +75,7 @@ class RunRobots:
                 if session.view:
                     receivers.append(session.view.receive)
                 if CONSOLE not in names and not self.has_display:
-                    receivers.append(self._show_warning)
+                    receivers.append(partial(self._show_notice, session.language))
                 session.receivers[:0] = receivers  # before files of events, which are open already
                 yield
 
@@ -155,7 +154,7 @@ class RunRobots:
                 save(trip, path)
                 self.info(f"written: {path}, the way of the robot")
 
-    def _show_warning(self, event: Event) -> None:
-        """Show warnings where no robot of the run does."""
+    def _show_notice(self, language: str, event: Event) -> None:
+        """Show a notice where no robot of the run does."""
         if isinstance(event, Notice):
-            self.info(in_words(event, self.language))
+            self.info(in_words(event, language))

@@ -144,6 +144,11 @@ class Session:
         """What each command does."""
         return self.controller.state.rules.table
 
+    @property
+    def language(self) -> str:
+        """The language of texts for people."""
+        return self.controller.state.rules.language
+
     def add_unwatched(self, source: str) -> None:
         """Limit the motions by commands of a source whose users do not watch the robot."""
         unwatched = self.controller.state.rules.unwatched_sources | {source}

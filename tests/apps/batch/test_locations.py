@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.server
+import sys
 from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from pathlib import Path
@@ -158,6 +159,16 @@ def test_memory_gets_what_the_disk_gets(on_the_disk: bytes) -> None:
         assert file.read() == on_the_disk
     assert decode(output, resume=True) == []
     assert not journal_path(output).exists()
+
+
+def test_an_address_that_is_no_text_is_known_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "NAMES", ["memory://\udcff.wav"])
+    output = str(tmp_path / "heard.jsonl")
+    assert decode(output) == [0]
+    assert decode(output, resume=True) == []
+    assert (tmp_path / "heard.jsonl").read_text().startswith('{"file":"memory://\\\\udcff.wav"')
 
 
 def test_what_cannot_be_written_loses_nothing(

@@ -40,3 +40,15 @@ def test_another_manifest_is_refused(tmp_path: Path) -> None:
     shards.append(shard(tmp_path / "5.csv", 5, columns=("hall",)))
     with pytest.raises(ConfigError, match="was made with another manifest than"):
         merge(shards, str(tmp_path / "merged.csv"))
+
+
+@pytest.mark.parametrize("number", [1, 5])
+def test_a_shard_with_recordings_that_others_should_have_is_refused(
+    tmp_path: Path, number: int
+) -> None:
+    shards = [shard(tmp_path / f"{n}.csv", n) for n in range(1, 6)]
+    header = replace(HEADER, shard=f"{number}/5", inputs="names")
+    write_output(tmp_path / f"{number}.csv", header, ROWS)
+    with pytest.raises(ConfigError, match=f"shard {number}: has more recordings than another"):
+        merge(shards, str(tmp_path / "merged.csv"))
+    assert not (tmp_path / "merged.csv").exists()

@@ -49,9 +49,8 @@ class Journal:
         """Take a database, at a path, of recordings as results name them."""
         self._database, self._path = database, path
         self._synced = time.monotonic()
-        with _transaction(database):
-            given = ((number, _text(name)) for number, name in enumerate(names))
-            database.executemany("INSERT INTO input VALUES (?, ?)", given)
+        with database:
+            database.executemany("INSERT INTO input VALUES (?, ?)", enumerate(names))
 
     def missing(self, failed: bool = False) -> list[int]:
         """The indexes of recordings without an outcome, and of failed ones if asked."""
@@ -64,7 +63,8 @@ class Journal:
 
     def add(self, file: str, outcome: Outcome) -> None:
         """Keep an outcome; raises sqlite3.Error if it cannot be written."""
-        _insert(self._database, [(file, outcome)])
+        with self._database:
+            _insert(self._database, [(file, outcome)])
         if time.monotonic() > self._synced + SYNC_INTERVAL:
             self._database.execute("PRAGMA wal_checkpoint")
             self._synced = time.monotonic()
@@ -89,7 +89,7 @@ class Journal:
 
     def set_stamps(self, stamps: Iterable[tuple[int, Stamp]]) -> None:
         """Give recordings with the same bytes new stamps, by their indexes."""
-        with _transaction(self._database):
+        with self._database:
             self._database.executemany(
                 "UPDATE recording SET stamp = ?"
                 " WHERE file = (SELECT file FROM input WHERE number = ?)",
@@ -137,7 +137,7 @@ def open_journal(
                 "or start again with --overwrite"
             )
         else:
-            with _transaction(database):
+            with database:
                 database.execute("DELETE FROM run")
                 database.execute("DELETE FROM recording")
                 database.execute("INSERT INTO run VALUES (?)", (to_json(header),))
@@ -165,7 +165,7 @@ def _database(path: Path, output: str) -> Iterator[sqlite3.Connection]:
     path.touch()
     seen = path.stat()
     try:
-        with closing(sqlite3.connect(path, timeout=0, isolation_level=None)) as database:
+        with closing(sqlite3.connect(path, timeout=0)) as database:
             database.executescript(SETUP)
             if not path.exists() or not os.path.samestat(path.stat(), seen):
                 raise ConfigError(f"{shown_name(output)}: was just written by another run")
@@ -179,13 +179,6 @@ def _database(path: Path, output: str) -> Iterator[sqlite3.Connection]:
         ) from None
     except sqlite3.DatabaseError as error:
         raise _no_journal(path) from error
-
-
-@contextmanager
-def _transaction(database: sqlite3.Connection) -> Iterator[None]:
-    database.execute("BEGIN")
-    with database:
-        yield
 
 
 def _header_there(database: sqlite3.Connection, path: Path) -> Header | None:
@@ -203,16 +196,11 @@ def _no_journal(path: Path) -> ConfigError:
 
 def _insert(database: sqlite3.Connection, decoded: NamedOutcomes) -> None:
     records = (
-        (_text(file), f"[{','.join(map(to_json, o.rows))}]", o.seconds, o.cpu, o.failed,
+        (file, f"[{','.join(map(to_json, o.rows))}]", o.seconds, o.cpu, o.failed,
          o.stamp and to_json(o.stamp))
         for file, o in decoded
     )  # fmt: skip
     database.executemany("INSERT OR REPLACE INTO recording VALUES (?, ?, ?, ?, ?, ?)", records)
-
-
-def _text(name: str) -> str:
-    """A name of which SQLite takes every character."""
-    return name.encode("utf-8", "backslashreplace").decode()
 
 
 def _stamp(found: str | None) -> Stamp | None:

@@ -38,8 +38,10 @@ def is_remote(name: str) -> bool:
 
 
 def shown_name(name: str) -> str:
-    """A path or an address as results have it."""
-    return name if is_remote(name) else shown_path(Path(name))
+    """A path or an address as results have it; what is no text in it is escaped."""
+    if not is_remote(name):
+        return shown_path(Path(name))
+    return name.encode("utf-8", "backslashreplace").decode()
 
 
 @contextmanager
@@ -61,7 +63,7 @@ def local_recording(name: str, base: str = "") -> Iterator[LocalRecording]:
         for piece in _pieces(name):
             file.write(piece)
         file.flush()
-        yield LocalRecording(Path(file.name), name)
+        yield LocalRecording(Path(file.name), shown_name(name))
 
 
 def remote_info(name: str) -> dict[str, Any] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from typing import TypeAlias, TypeVar
 
 from msgspec.structs import replace
@@ -202,14 +203,10 @@ def _check_headers(headers: Sequence[tuple[str, Header]]) -> None:
 def _in_turn(groups: Sequence[Iterator[tuple[str, Of]]]) -> Iterator[Of]:
     """Interleave the recordings of the shards, as they were dealt out."""
     ended = False
-    while True:
-        for number, group in enumerate(groups):
-            following = next(group, None)
-            if following is None:
-                ended = True
-            elif ended:
-                raise ConfigError(f"shard {number + 1}: has more recordings than the one before it")
-            else:
-                yield following[1]
-        if ended:
-            return
+    for number, dealt in enumerate(chain.from_iterable(zip_longest(*groups))):
+        if dealt and ended:
+            shard = number % len(groups) + 1
+            raise ConfigError(f"shard {shard}: has more recordings than another, which was cut")
+        if dealt:
+            yield dealt[1]
+        ended = not dealt

@@ -121,12 +121,6 @@ def check_stamps(
                 yield from looked
 
 
-def is_unchanged(name: str, known: Stamp) -> bool:
-    """Whether a file or an object has the bytes that a stamp was made of."""
-    now = _now(name, known)
-    return now is not None and _same_bytes(known, now)
-
-
 def _now(name: str, known: Stamp | None) -> Stamp | None:
     """The stamp now; the file is read only if nothing else says whether it changed."""
     now = stamp_of(name)
@@ -198,7 +192,10 @@ def _stamped(file: BinaryIO, path: Path) -> Iterator[RecordingStamp]:
 
 
 def _is_of(output: str, line: bytes) -> bool:
+    """Whether an output has the bytes that the stamp in a line was made of."""
     try:
-        return is_unchanged(output, msgspec.json.decode(line, type=Stamp))
+        known = msgspec.json.decode(line, type=Stamp)
     except msgspec.MsgspecError:
         return False
+    now = _now(output, known)
+    return now is not None and _same_bytes(known, now)

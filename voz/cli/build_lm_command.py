@@ -162,15 +162,11 @@ def _spoken(settings: Config) -> OtherLanguage | None:
 
 def _check_expected(source: CommandSource, folder: Path) -> None:
     """Check the sentences in `tests.txt`; end with an exit code if one is wrong."""
-    from voz.errors import CommandsError
-    from voz.files import read_bytes
-    from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE, failed_expectations
+    from voz.language.formats.command_list import EXPECTED_SENTENCES_FILE
+    from voz.run.command_check import wrong_expectations
 
     path = folder / EXPECTED_SENTENCES_FILE
-    if not path.is_file():
-        return
-    data = read_bytes(path, CommandsError, "give a readable text file")
-    failed = list(failed_expectations(source.commands, data, str(path)))
+    failed = list(wrong_expectations(source.commands, path))
     for line in failed[:MAX_LINES_SHOWN]:
         info(line)
     if len(failed) > MAX_LINES_SHOWN:

@@ -62,6 +62,13 @@ def begins_listening(commands: Commands, table: CommandTable) -> bool:
     return not table.starts.isdisjoint(commands.names)
 
 
+def check_beginning(commands: Commands, table: CommandTable, instead: str) -> None:
+    """Raise ConfigError for a list of which nothing begins the listening; `instead` is advice."""
+    if not begins_listening(commands, table):
+        names = " or ".join(f'"{name}"' for name in sorted(table.starts))
+        raise ConfigError(f"no command begins the listening; add {names}{instead}")
+
+
 def mismatches(commands: Commands, settings: Config, code_of_its_own: bool) -> Iterator[str]:
     """Yield a line for each part of a list and of the settings that does not fit the other.
 
@@ -130,13 +137,17 @@ def read_list_again(files: LanguageFiles, settings: Config) -> CommandSource:
     path = list_files(files)[0]
     source = read_list(path, configured_language(settings.language))
     settings = matched_settings(settings, source.commands)
-    expected = folder_of(path) / EXPECTED_SENTENCES_FILE
-    if expected.is_file():
-        data = read_bytes(expected, CommandsError, "give a readable text file")
-        for wrong in failed_expectations(source.commands, data, str(expected)):
-            raise CommandsError(wrong)
+    for wrong in wrong_expectations(source.commands, folder_of(path) / EXPECTED_SENTENCES_FILE):
+        raise CommandsError(wrong)
     check_list(source.commands, settings.table, str(path))
     return source
+
+
+def wrong_expectations(commands: Commands, path: Path) -> Iterator[str]:
+    """Yield the failed expectations of a file, if it is there; raises CommandsError."""
+    if path.is_file():
+        data = read_bytes(path, CommandsError, "give a readable text file")
+        yield from failed_expectations(commands, data, str(path))
 
 
 def build_stale_files(files: LanguageFiles, settings: Config) -> str | None:
@@ -167,9 +178,8 @@ def check_renewal(old: Config, new: Config, before: Commands, after: Commands) -
     topics = new.table.topics.items() - old.table.topics.items()
     if topics and not set(ROS_ROBOTS).isdisjoint(robot_names(old.robot)):
         raise ConfigError(f"{min(topics)[0]} is a new topic: start voz again to take it")
-    if begins_listening(before, old.table) and not begins_listening(after, new.table):
-        names = " or ".join(f'"{name}"' for name in sorted(new.table.starts))
-        raise ConfigError(f"no command begins the listening; add {names}, or start voz again")
+    if begins_listening(before, old.table):
+        check_beginning(after, new.table, ", or start voz again")
 
 
 def describe_renewal(old: Config, new: Config, before: Commands, after: Commands) -> str:

@@ -24,7 +24,7 @@ from voz.process.forks import ends_forks
 from voz.records import PublicNames, check_callable, check_iterable, check_type, is_finite
 from voz.robot.base import Robot, check_receives
 from voz.robot.factory import odometry_of, open_mailboxes
-from voz.run.command_check import begins_listening, check_list, matched_settings
+from voz.run.command_check import check_beginning, check_list, matched_settings
 from voz.run.parts import take_utterances
 from voz.run.session import Session
 from voz.run.spec import RunSpec
@@ -257,11 +257,8 @@ class Controller(PublicNames):
             self.state = change_rules(self.state, table=own.table)
         table = self.state.rules.table
         check_list(commands, table, "the list")
-        if not self.listening and not begins_listening(commands, table):
-            names = " or ".join(f'"{name}"' for name in sorted(table.starts))
-            raise ConfigError(
-                f"no command begins the listening; add {names} to the list, or give listening=True"
-            )
+        if not self.listening:
+            check_beginning(commands, table, " to the list, or give listening=True")
 
     def take(self, message: ControllerMessage, now: float) -> None:
         """Let a message take effect at a time of the run, s, and hand on what comes of it.

@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from voz.errors import CommandsError
-from voz.language.compile_templates import compile_templates
 from voz.language.formats.command_list import is_templates, parse_commands, read_templates
 from voz.language.formats.yaml_formats import Yaml, parse_hassil
+from voz.language.template_compiler import compile_templates
 
 OF_THE_USER = {
     "name": {"values": ["lamp", "door"]},

@@ -25,7 +25,7 @@ from rich.progress import Progress
 
 from voz.apps.evaluation.curves import curves
 from voz.apps.evaluation.engines import EngineChoice
-from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_for
+from voz.apps.evaluation.recognition_tasks import Task, in_processes, recognize, tasks_for
 from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import estimate

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from voz.apps.evaluation.engines import EngineChoice
-from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_for
+from voz.apps.evaluation.recognition_tasks import Task, in_processes, recognize, tasks_for
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.tables import alarm_rate_text

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.formats.notation import parse_templates
 from voz.language.sentences.command_set import Commands
+from voz.language.template_compiler import CompiledTemplates, compile_templates
 
 
 def compile_text(text: str) -> CompiledTemplates:

@@ -8,9 +8,9 @@ from msgspec import convert
 from voz.config import Config, overridden
 from voz.control.steps import Step
 from voz.errors import ConfigError
-from voz.language.compile_templates import compile_templates
 from voz.language.formats.notation import parse_templates
 from voz.language.sentences.command_set import plain_commands
+from voz.language.template_compiler import compile_templates
 from voz.run.command_check import (
     check_renewal,
     describe_renewal,

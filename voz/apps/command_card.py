@@ -12,7 +12,6 @@ from pathlib import Path
 from voz.apps.command_buttons import LISTEN, command_group, command_place, find_steps
 from voz.control.steps import Amount, Step
 from voz.control.table import DEFAULT_STATE, CommandTable, Steps, is_selection
-from voz.language.compile_templates import compile_templates
 from voz.language.formats.command_list import (
     is_templates,
     parse_commands,
@@ -34,6 +33,7 @@ from voz.language.sentences.expression import (
     plain_number,
 )
 from voz.language.sentences.templates import Template, slots
+from voz.language.template_compiler import compile_templates
 
 MAX_WORDINGS = 5
 """Wordings of one template; a template with slots has one."""

@@ -29,7 +29,7 @@ from voz.settings import Recognition
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice
     from voz.apps.evaluation.plots import Plot
-    from voz.apps.evaluation.recognize import Task
+    from voz.apps.evaluation.recognition_tasks import Task
     from voz.apps.evaluation.report import Evaluation
     from voz.apps.evaluation.results import Result
     from voz.apps.evaluation.scores import OperatingPoint
@@ -141,7 +141,7 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     from voz.apps.evaluation import report
     from voz.apps.evaluation.engines import EngineChoice
     from voz.apps.evaluation.noise import noise_options
-    from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.evaluation.recognition_tasks import tasks_for
     from voz.apps.evaluation.report import machine
     from voz.apps.recordings.manifest import read_manifests
 
@@ -170,7 +170,7 @@ def _recognized(
     tasks: Sequence[Task], choice: EngineChoice, jobs: int | None
 ) -> list[tuple[Task, Result]]:
     """Recognize all recordings, with a progress bar; yield each with its task."""
-    from voz.apps.evaluation.recognize import recognize_all
+    from voz.apps.evaluation.recognition_tasks import recognize_all
 
     heard_in = with_bar(recognize_all(tasks, choice, jobs), RECOGNIZING, len(tasks))
     return [(task, one) for task, found in zip(tasks, heard_in, strict=True) for one in found]
@@ -263,7 +263,7 @@ def fit_confidence(
         describe_set,
         fit_models,
     )
-    from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.evaluation.recognition_tasks import tasks_for
     from voz.apps.recordings.manifest import read_manifests
     from voz.language.language_files import find_language, read_commands
     from voz.recognition.confidence import save_models

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from voz.language.compile_templates import CompiledTemplates, compile_templates
 from voz.language.dictionaries import pronounce_from
 from voz.language.espeak import pronounce_by_espeak, with_ipa
 from voz.language.formats.command_list import (
@@ -42,6 +41,7 @@ from voz.language.similarity import (
 )
 from voz.language.similarity_report import MAX_COMPARED_COMMANDS
 from voz.language.spoken_language import LanguageInfo, OtherLanguage
+from voz.language.template_compiler import CompiledTemplates, compile_templates
 from voz.language.word_neighbors import everyday_words, find_rivals, neighbors
 
 UNNAMED_LIST = "the list of commands"

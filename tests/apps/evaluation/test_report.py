@@ -18,7 +18,7 @@ from recordings import FIXTURES, GO_BACK
 
 from voz.apps.evaluation import report
 from voz.apps.evaluation.plots import pictures
-from voz.apps.evaluation.recognize import Task, prepared
+from voz.apps.evaluation.recognition_tasks import Task, prepared
 from voz.apps.evaluation.report import (
     LONGEST_SOUND,
     MISHEARD,

@@ -11,11 +11,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from voz import CommandsError
-from voz.language.compile_templates import compile_templates
 from voz.language.formats.command_list import PARSERS, is_templates, parse_commands, read_templates
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
 from voz.language.sentences.text_lines import MAX_TEXT_BYTES
+from voz.language.template_compiler import compile_templates
 
 
 def test_normalize_lowers_case_and_leaves_single_spaces():

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.apps.evaluation.recognize import Task, assign_to_stretches, in_processes, tasks_for
+from voz.apps.evaluation.recognition_tasks import Task, assign_to_stretches, in_processes, tasks_for
 from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE
 from voz.audio.sound_files import read_blocks

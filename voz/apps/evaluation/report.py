@@ -16,7 +16,7 @@ import msgspec
 
 from voz import __version__
 from voz.apps.evaluation.curves import Curves, curves
-from voz.apps.evaluation.recognize import Task, prepared
+from voz.apps.evaluation.recognition_tasks import Task, prepared
 from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.scores import (
     AlarmDifference,

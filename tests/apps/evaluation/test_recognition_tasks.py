@@ -16,7 +16,7 @@ from recordings import FIXTURES
 
 from voz.apps.evaluation import noise
 from voz.apps.evaluation.engines import EngineChoice
-from voz.apps.evaluation.recognize import (
+from voz.apps.evaluation.recognition_tasks import (
     Task,
     assign_to_stretches,
     in_processes,

@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.language.build import build
 
 BLOCK = 480
@@ -222,7 +222,7 @@ def heard(robot: PageRobot, page: Page, rate: int = SAMPLE_RATE) -> Iterator[Mic
 
 def with_noise(clip: Path, before: float, after: float) -> Samples:
     """A clip in a quiet room that is heard before and after it, for so many seconds each."""
-    spoken = np.concatenate(list(read_blocks(clip)))
+    spoken = read_samples(clip)
     ends = [np.zeros(round(seconds * SAMPLE_RATE), np.int16) for seconds in (before, after)]
     sound = np.concatenate([ends[0], spoken, ends[1]])
     return sound + room_noise(len(sound) / SAMPLE_RATE)[: len(sound)]

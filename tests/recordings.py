@@ -5,11 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
 from voz.audio import Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.speech.synthesis import cached_speech
 
 ROOT = Path(__file__).parent.parent
@@ -28,7 +26,7 @@ class Recording(NamedTuple):
         return self.text.split(" | ")
 
     def samples(self) -> Samples:
-        return np.concatenate(list(read_blocks(self.path)))
+        return read_samples(self.path)
 
 
 def read_manifest() -> list[Recording]:
@@ -38,4 +36,4 @@ def read_manifest() -> list[Recording]:
 
 def spoken(text: str, voice: str = "kal_diphone") -> Samples:
     """A text by a voice of festival."""
-    return np.concatenate([*read_blocks(cached_speech(text, voice))])
+    return read_samples(cached_speech(text, voice))

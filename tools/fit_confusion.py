@@ -24,7 +24,7 @@ import typer
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.cli.text_io import with_bar
 from voz.errors import VozError
 from voz.language.phones import DISTANCES_FILE, PHONE_NAMES
@@ -198,7 +198,7 @@ def measure(chosen: Sequence[Clip]) -> Losses:
     size = len(PHONES)
     losses = Losses(np.zeros((size, size)), np.zeros((size, size)), [[] for _ in PHONES])
     for clip in with_bar(chosen, "Measuring"):
-        measure_clip(decoder, clip.phones, np.concatenate(list(read_blocks(clip.path))), losses)
+        measure_clip(decoder, clip.phones, read_samples(clip.path), losses)
     return losses
 
 

@@ -19,7 +19,7 @@ from voz.audio.recording_level import (
     measure_level,
     obeyed_of_100,
 )
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 
 LENGTH = 3 * SAMPLE_RATE
 GO_FORWARD = FIXTURES / "commands" / "flite_rms__go_forward.flac"
@@ -44,7 +44,7 @@ def louder(samples: Samples, decibels: float) -> Samples:
 
 @pytest.fixture(scope="module")
 def command() -> Samples:
-    return spoken(np.concatenate(list(read_blocks(GO_FORWARD))))
+    return spoken(read_samples(GO_FORWARD))
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +172,7 @@ def test_any_samples_have_a_level_within_what_16_bits_hold(samples: Samples) -> 
 @given(st.floats(-20, 8))
 @settings(max_examples=25)
 def test_a_louder_recording_is_louder_and_as_far_above_its_background(decibels: float) -> None:
-    plain = spoken(np.concatenate(list(read_blocks(GO_FORWARD))) // 3, background=50)
+    plain = spoken(read_samples(GO_FORWARD) // 3, background=50)
     before, after = measure_level(plain), measure_level(louder(plain, decibels))
     assert before.speech is not None
     assert after.speech == pytest.approx(before.speech + decibels, abs=0.5)

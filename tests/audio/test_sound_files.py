@@ -19,6 +19,7 @@ from voz.audio.sound_files import (
     ArrayConverter,
     Resampler,
     read_blocks,
+    read_samples,
     read_sound,
     to_int16,
     to_samples,
@@ -31,7 +32,7 @@ def tone(rate: int, seconds: float = 1.0) -> np.ndarray:
 
 
 def read(path: Path) -> Samples:
-    return np.concatenate(list(read_blocks(path)))
+    return read_samples(path)
 
 
 def error_of(path: Path) -> str:
@@ -278,7 +279,7 @@ def test_nothing_is_lost_between_blocks(rate: int) -> None:
 
 def warned(path: Path) -> tuple[Samples, list[str]]:
     warnings: list[str] = []
-    return np.concatenate(list(read_blocks(path, warnings.append))), warnings
+    return read_samples(path, warnings.append), warnings
 
 
 @pytest.mark.parametrize("rate", [SAMPLE_RATE, 44_100])

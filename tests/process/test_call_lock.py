@@ -17,7 +17,7 @@ from recordings import ROOT, Recording
 
 from voz.api.recognizer import Recognizer
 from voz.audio import Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_blocks, read_samples
 from voz.errors import RecognizerBusyError
 from voz.events import Utterance
 from voz.process.call_lock import NonReentrantLock
@@ -63,7 +63,7 @@ print(codes)
 @pytest.fixture(scope="module")
 def sounds(recordings: list[Recording]) -> list[Samples]:
     clips = [r for r in recordings if r.kind == "command"][::60]
-    return [np.concatenate(list(read_blocks(r.path))) for r in clips]
+    return [read_samples(r.path) for r in clips]
 
 
 def test_threads_that_decode_hear_what_each_would_hear_alone(

@@ -101,6 +101,11 @@ def read_blocks(path: Path, warn: Warn = _log.warning) -> Iterator[Samples]:
         _check_whole(path, file, read / SAMPLE_RATE)
 
 
+def read_samples(path: Path, warn: Warn = _log.warning) -> Samples:
+    """Read a whole recording, as `read_blocks` does."""
+    return np.concatenate(list(read_blocks(path, warn)))
+
+
 def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     """Read a sound to be played, resampled to `rate`, Hz; raises AudioError if it is too long."""
     with _open(path) as file:

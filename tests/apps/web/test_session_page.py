@@ -24,7 +24,7 @@ from voz.apps.recordings.bags import write_bag
 from voz.apps.recordings.manifest import MANIFEST_NAME
 from voz.apps.recordings.recorder import Excerpt, RecordingFolder
 from voz.apps.web.session_page import read_recordings, read_session, session_record
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.errors import ConfigError
 from voz.events import Event, Notice, SelectedObject, Twist, Utterance, to_json
 from voz.files import append_line
@@ -112,7 +112,7 @@ def recorded(session: Path, folder: Path) -> Path:
     lines = [to_json(spoken if event is said else event) for event in events]
     session.write_text("\n".join(lines) + "\n")
     clip = FIXTURES / "commands" / "festival_slt__go_forward.flac"
-    samples = np.concatenate(list(read_blocks(clip)))
+    samples = read_samples(clip)
     RecordingFolder(folder, 1e9).add(Excerpt(said, samples))
     return folder
 

@@ -28,7 +28,7 @@ from wyoming.error import Error
 from wyoming.event import Event
 from wyoming.info import Describe, Info
 
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.spoken_language import find_sources, read_language
@@ -60,7 +60,7 @@ def uri() -> Iterator[str]:
 
 
 def clip(name: str) -> np.ndarray:
-    return np.concatenate(list(read_blocks(FIXTURES / name)))
+    return read_samples(FIXTURES / name)
 
 
 async def ask(uri: str, *events: Event) -> Event | None:

@@ -11,7 +11,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-import numpy as np
 from msgspec.structs import replace
 
 from voz.apps.evaluation import noise
@@ -19,7 +18,7 @@ from voz.apps.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, empty_result
 from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.errors import AudioError, ConfigError
 from voz.files import shown_path
 from voz.process.worker_pool import WorkerDied, WorkerPool, cores, worker_pool
@@ -203,14 +202,14 @@ def prepared(task: Task) -> tuple[Samples, str]:
         AudioError: the recording or the noise cannot be read, or the noise is silent.
     """
     clip = task.clips[0]
-    samples = _read(clip.path)
+    samples = read_samples(clip.path)
     rng = noise.generator_for(clip.file)
     if task.room:
         samples = noise.reverberate(samples, noise.room_response(rng))
     if task.snr is None:
         return samples, ""
     path = task.noise[rng.integers(len(task.noise))]
-    background = _read(path)
+    background = read_samples(path)
     if not background.any():
         raise AudioError(f"{path}: is silent, so it is no noise; use another recording")
     return noise.embed_in_noise(background, samples, task.snr, rng), shown_path(Path(path.stem))
@@ -251,10 +250,6 @@ def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:
 @cache
 def _loaded(choice: EngineChoice) -> Engine:
     return load_engine(choice)
-
-
-def _read(path: Path) -> Samples:
-    return np.concatenate(list(read_blocks(path)))
 
 
 def _cpu_seconds() -> float:

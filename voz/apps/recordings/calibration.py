@@ -21,7 +21,7 @@ from voz.apps.recordings.recorder import save_recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import Segment
 from voz.audio.segmenter import Segmenter
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.audio.voice_detector import VoiceDetector
 from voz.errors import ConfigError
 from voz.events import Utterance
@@ -238,7 +238,7 @@ def read_saved_recordings(folder: Path, commands: Collection[str]) -> list[Said]
 
 
 def _read(clips: Iterable[Clip]) -> list[Said]:
-    return [Said(c.text, np.concatenate(list(read_blocks(c.path))), c.path) for c in clips]
+    return [Said(c.text, read_samples(c.path), c.path) for c in clips]
 
 
 def _shown(blocks: Iterator[Samples], show: Callable[[Samples], None]) -> Iterator[Samples]:

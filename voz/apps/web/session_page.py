@@ -6,9 +6,11 @@ Nothing can be driven there.
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from http import HTTPStatus
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -111,12 +113,13 @@ def session_record(
     of the simulated robot that drove; None for another robot, whose way is computed from its
     velocities.
     """
+    states = _states_in_room(events, room) if room else _states(events)
     return {
         "name": name,
         "begin": events[0].t,
         "end": max(event.t for event in events),
         "room": RoomPicture(room, lambda: start(room)).room() if room else None,
-        "states": _states_in_room(events, room) if room else _states(events),
+        "states": [next(same) for _, same in groupby(states, itemgetter(slice(1, None)))],
         "events": _shown_events(events, recordings or {}),
     }
 
@@ -135,34 +138,26 @@ def _shown_events(events: Sequence[Event], recordings: Mapping[UtteranceKey, Pat
     return shown
 
 
-def _states(events: Sequence[Event]) -> list[State]:
+def _states(events: Sequence[Event]) -> Iterator[State]:
     picture = DeadReckoningPicture()
-    states: list[State] = []
     for event in events:
         picture.receive(event)
         if isinstance(event, Twist):
             robot = picture.state()
-            state = [event.t, *robot["pose"], event.linear, event.angular, robot["selected"]]
-            if not states or states[-1][1:] != state[1:]:
-                states.append(state)
-    return states
+            yield [event.t, *robot["pose"], event.linear, event.angular, robot["selected"]]
 
 
-def _states_in_room(events: Sequence[Event], settings: Simulator) -> list[State]:
+def _states_in_room(events: Sequence[Event], settings: Simulator) -> Iterator[State]:
     """Drive the simulated robot through its room again: the same events give the same way."""
     robot = SimulatedRobot(settings)
     twist = Twist(events[0].t, 0.0, 0.0)
-    states: list[State] = []
     for event in events:
         robot.receive(event)
         world = robot.state_at(event.t)
         drawn = RoomPicture(settings, lambda world=world: world).state()  # type: ignore[misc]
         twist = event if isinstance(event, Twist) else twist
         moved = [*drawn["pose"], twist.linear, twist.angular, drawn["selected"]]
-        state = [event.t, *moved, drawn["arm"], drawn["collided"]]
-        if not states or states[-1][1:] != state[1:]:
-            states.append(state)
-    return states
+        yield [event.t, *moved, drawn["arm"], drawn["collided"]]
 
 
 def show_session(

@@ -21,7 +21,7 @@ from voz.apps.web.control_api import decode_body
 from voz.apps.web.page_messages import Alarms, Mark, Playing, Record
 from voz.apps.web.page_registry import PageRegistry
 from voz.apps.web.page_sound import PagePlayback, PageReply
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.errors import AudioError, ConfigError, SpeechError
 from voz.files import read_bytes
 from voz.language.sentences.command_set import Commands
@@ -248,5 +248,5 @@ async def _rendered(text: str, voice: str) -> Path:
 
 def _samples(path: Path) -> npt.NDArray[np.float32]:
     """Return a reply's samples, 16 kHz, -1 to 1; raises AudioError."""
-    samples: npt.NDArray[np.float32] = np.concatenate(list(read_blocks(path))) / np.float32(32768)
+    samples: npt.NDArray[np.float32] = read_samples(path) / np.float32(32768)
     return samples

@@ -107,6 +107,9 @@ EQUIVALENT = {
             "its time is not looked at"
         ),
     },
+    "voz/run/session.py": {
+        "if TYPE_CHECKING: -> if not TYPE_CHECKING:": "modules are loaded earlier, and no more",
+    },
     "voz/apps/web/driver_lock.py": {
         "DriverLock: __init__: self._last_answer = 0.0 -> pass": READ_LATER,
         "DriverLock: __init__: self._last_answer = 0.0 -> self._last_answer = 1.0": READ_LATER,

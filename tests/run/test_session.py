@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.control.messages import End, Halt, Message
-from voz.events import Event, Notice, Partial, Twist, Utterance
+from voz.events import Event, Notice, Partial, ProgramEnded, Twist, Utterance
+from voz.inbox import MAX_QUEUED_MESSAGES
 from voz.run.controller import Controller
 from voz.run.session import MAX_BEAT_GAP, Session
 from voz.run.spec import RunSpec
@@ -24,6 +27,7 @@ class Room:
         happens: what is heard or typed, and when.
         lost: from when to when nothing is heard.
         stalls: how long the loop stands still after a time, s.
+        begin: is given the session before it begins.
     """
 
     def __init__(
@@ -32,6 +36,7 @@ class Room:
         happens: list[tuple[float, Message]] | None = None,
         lost: tuple[float, float] = (0, 0),
         stalls: dict[float, float] | None = None,
+        begin: Callable[[Session], None] = lambda _: None,
     ) -> None:
         self._now = 0.0
         self._happens = [*(happens or []), (until, End())]
@@ -45,6 +50,7 @@ class Room:
             in_real_time=False,
         )
         session = Session(spec)
+        begin(session)
         session.watch_input(self)
         session.startup(ExitStack())
         session.main_loop()
@@ -102,6 +108,11 @@ def test_what_stops_goes_out_at_once(message: Message) -> None:
     assert (0.25, 0) in room.twists
 
 
+def test_it_goes_out_at_once_later_in_a_run_too() -> None:
+    room = Room(1.35, [(1.234, heard("go forward"))])
+    assert room.twists[-2:] == [(1.234, 0.1), (1.3, 0.1)]
+
+
 def test_what_changes_no_velocity_waits_for_the_beat() -> None:
     room = Room(0.35, [(0.15, heard("point beer")), (0.25, heard("stop"))])
     assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3]
@@ -117,6 +128,16 @@ def test_after_a_pause_longer_than_a_base_waits_the_motion_is_over() -> None:
     room = Room(2, [(0.05, heard("go forward"))], stalls={0.3: 1.5})
     assert room.twists[:6] == [(0, 0), (0.05, 0.1), (0.1, 0.1), (0.2, 0.1), (0.3, 0.1), (1.8, 0)]
     assert room.warnings == [(1.8, "control loop stalled for 1.5 s: the robot stops")]
+
+
+@pytest.mark.parametrize(("pause", "over"), [(0.5, False), (0.6, True)])
+def test_a_pause_is_too_long_after_half_a_second(pause: float, over: bool) -> None:
+    room = Room(
+        1.35, [(0.05, heard("go forward")), (0.7, heard("go back", 0.7))], stalls={0.5: pause}
+    )
+    assert bool(room.warnings) is over
+    sent = [twist for twist in room.twists if twist[0] >= 0.7]
+    assert sent[:2] == ([(1.1, 0), (1.2, 0)] if over else [(1.0, -0.1), (1.0, -0.1)])
 
 
 def test_what_was_said_before_or_in_a_pause_does_not_begin_a_new_motion() -> None:
@@ -156,3 +177,115 @@ def test_typed_commands_move_the_robot_also_while_nothing_is_heard() -> None:
     room = Room(1, [(0.45, heard("go back", source="text"))], lost=(0.2, 3))
     assert room.twists[-1] == (1, -0.1)
     assert len(room.warnings) == 1
+
+
+def test_s5_of_what_is_lost_the_microphone_is_told_first() -> None:
+    room = Room(
+        0.35, lost=(0.2, 9), begin=lambda session: session.watch("wheels", lambda: "no wheels")
+    )
+    assert [text for _, text in room.warnings] == [
+        "no wheels: the robot stops",
+        f"{GONE}: the robot stops",
+    ]
+    room = Room(0.05, lost=(0, 9), begin=lambda session: session.watch("wheels", lambda: "none"))
+    assert [text for _, text in room.warnings] == [
+        f"{GONE}: the robot stops",
+        "none: the robot stops",
+    ]
+
+
+def test_messages_that_are_dropped_are_told() -> None:
+    def flood(session: Session) -> None:
+        for _ in range(MAX_QUEUED_MESSAGES + 2):
+            session.inbox.put(Notice(0, "much"))
+
+    texts = [text for _, text in Room(6, begin=flood).warnings]
+    assert texts == ["2 messages came too fast and were dropped"]
+
+
+def test_what_nobody_watches_has_an_end() -> None:
+    go = [(0.05, heard("go forward", 0.05, "a script"))]
+    room = Room(7, go, begin=lambda session: session.add_unwatched("a script"))
+    assert room.twists[-1] == (7, 0)
+
+
+class Ended:
+    """A clock whose run is over when it begins."""
+
+    def now(self) -> float:
+        return 0.0
+
+    def next_before(self, until: float) -> Message | None:
+        return End()
+
+    def skip(self, seconds: float) -> None:
+        pass
+
+
+class Speaker:
+    """Finds something wrong when it is closed."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def close(self) -> None:
+        self._session.warn("the voice is gone")
+
+
+def reports(*, in_real_time: bool) -> tuple[list[Event], list[Message]]:
+    """What receivers get of a run in which a part reports and warns, and what its inbox has."""
+    events: list[Event] = []
+    ended = ProgramEnded(0.0, "wave", "")
+
+    @contextmanager
+    def part(session: Session) -> Iterator[None]:
+        speaker: Any = Speaker(session)
+        session.speaker = speaker
+        session.receivers.append(events.append)
+        session.report(ended)
+        session.warn("something is wrong")
+        yield
+
+    controller = Controller([])
+    spec = RunSpec(
+        controller=controller, clock=lambda _: Ended(), in_real_time=in_real_time, parts=[part]
+    )
+    session = Session(spec)
+    session.run()
+    assert controller.receivers == []
+    messages = []
+    while message := session.inbox.take(0):
+        messages.append(message)
+    return events, messages
+
+
+def test_in_real_time_parts_report_by_the_inbox() -> None:
+    ended, wrong = ProgramEnded(0.0, "wave", ""), Notice(0.0, "something is wrong")
+    assert reports(in_real_time=True) == ([Twist(0, 0, 0)], [ended, wrong])
+
+
+def test_without_a_clock_they_report_at_once_and_warnings_come_last() -> None:
+    ended, wrong = ProgramEnded(0.0, "wave", ""), Notice(0.0, "something is wrong")
+    events, messages = reports(in_real_time=False)
+    assert events == [ended, wrong, Notice(0.0, "the voice is gone"), Twist(0, 0, 0)]
+    assert messages == []
+
+
+@pytest.mark.parametrize("in_real_time", [True, False])
+def test_a_signal_ends_a_run_in_real_time_by_the_inbox(
+    in_real_time: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wakes: list[Callable[[], None]] = []
+
+    @contextmanager
+    def defer(wake: Callable[[], None]) -> Iterator[None]:
+        wakes.append(wake)
+        yield
+
+    monkeypatch.setattr("voz.run.session.defer_signals", defer)
+    spec = RunSpec(controller=Controller([]), clock=lambda _: Ended(), in_real_time=in_real_time)
+    session = Session(spec)
+    session.run()
+    for wake in wakes:
+        wake()
+    assert session.inbox.take(0) == (End() if in_real_time else None)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from voz.run.live import OtherRecognizer, Page, RecorderOpener, ServiceMaker
     from voz.run.robots import RunRobots
     from voz.run.session import Session
-    from voz.run.spec import Part
+    from voz.run.spec import Part, RunSpec
     from voz.settings import Recording, Ros2
     from voz.terminal.live_terminal import LiveTerminal
 
@@ -57,15 +57,8 @@ def run(options: RunOptions) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.language.language_files import list_name, read_commands
-    from voz.process.standard_streams import quiet_libraries, unblocked_output
-    from voz.robot.factory import need_real_time, robot_names
-    from voz.run.command_check import matched_settings, mismatches
-    from voz.run.controller import controller_by
-    from voz.run.parts import by_items
-    from voz.run.robots import CONSOLE, SIMULATOR
+    from voz.process.standard_streams import quiet_libraries
     from voz.run.session import Session
-    from voz.run.spec import RunSpec
 
     options.check()
     if options.adapt:
@@ -76,35 +69,46 @@ def run(options: RunOptions) -> None:
     unreadable: list[str] = []
     with ExitStack() as opened:
         opened.enter_context(quiet_libraries())
-        names = robot_names(settings.robot)
-        in_real_time = options.live or options.realtime or need_real_time(names)
-        if in_real_time:
-            opened.enter_context(unblocked_output())
-        robots = _robots(options, settings, names)
-        _renew_language(settings)
-        language = options.language(settings)
-        commands = read_commands(language)
-        settings = matched_settings(settings, commands)
-        listening = _listening(options, settings, commands, list_name(language))
-        spec = RunSpec(
-            controller=controller_by(settings, listening),
-            settings=settings,
-            outputs=_outputs(options, robots),
-        )
-        for line in mismatches(commands, settings, not {CONSOLE, SIMULATOR}.issuperset(names)):
-            info(line)
-        load = partial(_recognizer, options, settings, language)
-        if options.live:
-            live = _live(options, settings, robots.terminal, load, opened)
-            spec = replace(spec, parts=[live])
-        else:
-            source, parts = _source(
-                options, settings, commands, load, opened=opened, unreadable=unreadable
-            )
-            spec = by_items(spec, source, parts, in_real_time=in_real_time)
-        Session(spec).run()
+        Session(_spec(options, settings, opened, unreadable)).run()
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _spec(
+    options: RunOptions, settings: Config, opened: ExitStack, unreadable: list[str]
+) -> RunSpec:
+    """Say what the run consists of; `unreadable` will get a line for each unreadable recording."""
+    from voz.language.language_files import list_name, read_commands
+    from voz.process.standard_streams import unblocked_output
+    from voz.robot.factory import need_real_time, robot_names
+    from voz.run.command_check import matched_settings, mismatches
+    from voz.run.controller import controller_by
+    from voz.run.parts import by_items
+    from voz.run.robots import CONSOLE, SIMULATOR
+    from voz.run.spec import RunSpec
+
+    names = robot_names(settings.robot)
+    in_real_time = options.live or options.realtime or need_real_time(names)
+    if in_real_time:
+        opened.enter_context(unblocked_output())
+    robots = _robots(options, names)
+    _renew_language(settings)
+    language = options.language(settings)
+    commands = read_commands(language)
+    settings = matched_settings(settings, commands)
+    listening = _listening(options, settings, commands, list_name(language))
+    spec = RunSpec(
+        controller=controller_by(settings, listening),
+        settings=settings,
+        outputs=_outputs(options, robots),
+    )
+    for line in mismatches(commands, settings, not {CONSOLE, SIMULATOR}.issuperset(names)):
+        info(line)
+    load = partial(_recognizer, options, settings, language)
+    if options.live:
+        return replace(spec, parts=[_live(options, settings, robots.terminal, load, opened)])
+    source, parts = _source(options, settings, commands, load, opened=opened, unreadable=unreadable)
+    return by_items(spec, source, parts, in_real_time=in_real_time)
 
 
 def _listening(options: RunOptions, settings: Config, commands: Commands, where: str) -> bool:
@@ -131,7 +135,7 @@ def _renew_language(settings: Config) -> None:
         warn(f"{error}; the commands of before stay")
 
 
-def _robots(options: RunOptions, settings: Config, names: list[str]) -> RunRobots:
+def _robots(options: RunOptions, names: list[str]) -> RunRobots:
     """Choose the robots; refuses, before the run, what cannot be written after it."""
     from voz.run.robots import RunRobots
 
@@ -192,10 +196,7 @@ def _source(
     opened: ExitStack,
     unreadable: list[str],
 ) -> tuple[Source, list[Part]]:
-    """Open what drives the robot, and the parts that it needs.
-
-    `unreadable` gets a line for each unreadable file.
-    """
+    """Open what drives the robot, and the parts that it needs."""
     from voz.run import sources
     from voz.run.parts import hear_answers
 

@@ -31,6 +31,7 @@ from voz.robot.mailbox import (
     MAX_MAILBOX_EVENTS,
     EventBox,
     Mailbox,
+    SlowRobot,
 )
 from voz.robot.robot_process import RobotProcess, RobotSpec
 
@@ -235,6 +236,21 @@ def test_a_robot_that_takes_nothing_has_only_so_much_waiting(clock: Clock) -> No
         assert box.lost() == "the robot slow is lost (cannot keep up)"
         robot.free.set()
         until(lambda: not box.lost())
+    assert [event.t for event in robot.got][-MAX_MAILBOX_EVENTS:] == [
+        *range(2 * MAX_MAILBOX_EVENTS, 3 * MAX_MAILBOX_EVENTS)
+    ]
+
+
+def test_a_slow_robot_has_only_so_much_work_waiting() -> None:
+    with Blocking() as robot:
+        slow = SlowRobot(robot)
+        slow.open()
+        for number in range(3 * MAX_MAILBOX_EVENTS):
+            slow.receive(Reply(number, ""))
+        assert slow.lost() == "cannot keep up"
+        robot.free.set()
+        until(lambda: slow.lost() is None)
+        slow.close()
     assert [event.t for event in robot.got][-MAX_MAILBOX_EVENTS:] == [
         *range(2 * MAX_MAILBOX_EVENTS, 3 * MAX_MAILBOX_EVENTS)
     ]

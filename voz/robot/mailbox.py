@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from queue import Empty, SimpleQueue
 from types import TracebackType
 
 from voz.errors import RobotError
@@ -230,9 +231,7 @@ class SlowRobot(Robot):
     def __init__(self, robot: Robot) -> None:
         """Prepare to hand events to a robot whose `slow` is true."""
         self._robot = robot
-        self._box = EventBox()
-        self._changed = threading.Condition()
-        self._closing = False
+        self._waiting: SimpleQueue[Event | None] = SimpleQueue()
         self._failure: BaseException | None = None
         self._place: TracebackType | None = None  # where it was raised
         self._worker = threading.Thread(target=self._work, name="voz-slow", daemon=True)
@@ -248,26 +247,25 @@ class SlowRobot(Robot):
         if isinstance(event, Twist):
             self._robot.receive(Twist(event.t, 0.0, 0.0) if self._failure else event)
         else:
-            with self._changed:
-                self._box.put(event)
-                self._changed.notify()
+            if self._is_full():
+                with contextlib.suppress(Empty):
+                    self._waiting.get_nowait()
+            self._waiting.put(event)
         if self._failure:
             raise self._failure.with_traceback(self._place)  # else it grows each time it is raised
 
     def lost(self) -> str | None:
         """Return why the robot is lost; also while too many events wait."""
-        return "cannot keep up" if self._box.full else self._robot.lost()
+        return "cannot keep up" if self._is_full() else self._robot.lost()
 
     def close(self) -> None:
         """Give the robot a moment to finish its work, and close it."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
+        self._waiting.put(None)
         self._worker.join(WORK_CLOSING_TIME)
         self._robot.close()
 
     def _work(self) -> None:
-        while event := self._next():
+        while event := self._waiting.get():
             try:
                 with ends_forks():
                     self._robot.receive(event)
@@ -276,8 +274,5 @@ class SlowRobot(Robot):
                 self._failure = error
                 return
 
-    def _next(self) -> Event | None:
-        with self._changed:
-            while (event := self._box.take()) is None and not self._closing:
-                self._changed.wait()
-            return event
+    def _is_full(self) -> bool:
+        return self._waiting.qsize() >= MAX_MAILBOX_EVENTS

@@ -22,7 +22,6 @@ from voz.errors import AudioError, VozError
 from voz.events import Notice, Partial, Utterance, shift_time
 from voz.hearing.half_duplex import HalfDuplex, Playback
 from voz.inbox import Inbox
-from voz.language.sentences.command_set import Commands
 from voz.recognition.engine import MICROPHONE, RecognitionEngine
 
 MUTED_AFTER = 5.0
@@ -208,15 +207,6 @@ class Hearing:
     def __exit__(self, *_: object) -> None:
         self._closing.set()
         self._thread.join(MICROPHONE_CLOSE_TIMEOUT)
-
-    @property
-    def commands(self) -> Commands:
-        """The list of commands."""
-        return self._recognizer.commands
-
-    def expect(self, answers: tuple[str, ...]) -> None:
-        """Understand these answers too from now on; none: only commands."""
-        self._recognizer.expect(answers)
 
     def trouble(self, moving: bool) -> str | None:
         """Return why nothing is heard now; a muted microphone counts while the robot moves."""

@@ -24,15 +24,15 @@ def run_voz(node: Ros1Node) -> None:
         replies(settings.speech, table, partial(warn, inbox, clock)) as speech,
         make_hearing(recognizer, settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
-        check_list(hearing.commands, table, "the list of commands")
+        check_list(recognizer.commands, table, "the list of commands")
         run_node_session(
             node,
             settings,
             hearing,
-            [*speech.receivers, answer_receiver(hearing)],
+            [*speech.receivers, answer_receiver(recognizer)],
             inbox=inbox,
             clock=clock,
-            listening=not begins_listening(hearing.commands, table),
+            listening=not begins_listening(recognizer.commands, table),
             says_heard=True,
         )
 

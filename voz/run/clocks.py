@@ -225,13 +225,6 @@ def _is_time(t: float, clock: PacedClock, ended: threading.Event) -> bool:
     return not ended.is_set()
 
 
-class Warn(Protocol):
-    """Takes a line for people, and whether it is good news, on any thread."""
-
-    def __call__(self, text: str, good: bool = False) -> None:
-        """Take a line."""
-
-
 def warn(inbox: Inbox, clock: Clock, text: str, good: bool = False) -> None:
     """Put a line into the inbox as a Notice, on any thread."""
     inbox.put(Notice(clock.now(), text, good))

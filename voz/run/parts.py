@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace as replace_fields
 
@@ -34,6 +34,9 @@ from voz.run.session import Session
 from voz.run.spec import Part, RunSpec
 from voz.settings import Speech
 from voz.speech.reply_speaker import ReplySpeaker
+
+if TYPE_CHECKING:
+    from voz.recognition.engine import RecognitionEngine
 
 MAX_QUEUED_EVENTS = 6000
 """Waiting for a slow disk or reader: ten minutes of events."""
@@ -180,14 +183,7 @@ def start_programs(session: Session) -> Iterator[Programs]:
         yield programs
 
 
-class Answerable(Protocol):
-    """A recognizer, or what has one."""
-
-    def expect(self, answers: tuple[str, ...]) -> None:
-        """Understand these answers too from now on; none: only commands."""
-
-
-def answer_receiver(recognizer: Answerable) -> Receiver:
+def answer_receiver(recognizer: RecognitionEngine) -> Receiver:
     """Return a receiver that lets a recognizer understand answers to what the robot asks."""
 
     def receive(event: Event) -> None:
@@ -198,7 +194,7 @@ def answer_receiver(recognizer: Answerable) -> Receiver:
 
 
 @contextmanager
-def hear_answers(session: Session, recognizer: Answerable) -> Iterator[None]:
+def hear_answers(session: Session, recognizer: RecognitionEngine) -> Iterator[None]:
     """Let a recognizer understand answers to what the robot asks."""
     session.receivers.append(answer_receiver(recognizer))
     yield

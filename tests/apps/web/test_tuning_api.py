@@ -184,7 +184,7 @@ def turned(language: LanguageFiles) -> Recognizer:
 
 @given(alarms=st.floats() | st.integers())
 def test_no_number_beyond_what_is_known_is_set(turned: Recognizer, alarms: float) -> None:
-    setting = FalseAlarmSetting(turned, Recognition(), lambda *_, **__: None)
+    setting = FalseAlarmSetting(turned, Recognition(), lambda _: None)
     with suppress(ConfigError):
         setting.set(alarms)
     known = [cost.alarms for cost in confidence_model(turned).costs]

@@ -120,7 +120,8 @@ class LivePage:
         )
         recorder = session.recorder if isinstance(session.recorder, Recorder) else None
         marks = RecordingMarks(recorder, commands)
-        false_alarms = FalseAlarmSetting(recognizer, settings.recognition, session.warn)
+        report = partial(session.warn, good=True)
+        false_alarms = FalseAlarmSetting(recognizer, settings.recognition, report)
         given = _CurrentCommands(commands, session.controller)
         shown = _Shown(hearing, given, marks, false_alarms, registry)
         snapshot = partial(self._snapshot, shown)

@@ -28,7 +28,6 @@ from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
 from voz.recognition.confidence import MissRate, miss_rate_at
 from voz.recognition.engine import RecognitionEngine, confidence_model
-from voz.run.clocks import Warn
 from voz.settings import Recognition
 from voz.speech.synthesis import cached_speech
 
@@ -104,11 +103,13 @@ class RecordingMarks:
 class FalseAlarmSetting:
     """Sets `false_alarms_per_hour` of a recognizer for the run. Event-loop thread only."""
 
-    def __init__(self, recognizer: RecognitionEngine, settings: Recognition, warn: Warn) -> None:
-        """Begin with the value of the settings; `warn` reports each change."""
+    def __init__(
+        self, recognizer: RecognitionEngine, settings: Recognition, report: Callable[[str], None]
+    ) -> None:
+        """Begin with the value of the settings; `report` reports each change."""
         self._recognizer = recognizer
         self._settings = settings
-        self._warn = warn
+        self._report = report
         self._first = (
             settings.false_alarms_per_hour or confidence_model(recognizer).default_alarm_rate
         )
@@ -147,7 +148,7 @@ class FalseAlarmSetting:
         if alarms != self.alarms:
             self._recognizer.set_false_alarm_rate(alarms)
             self.alarms = alarms
-            self._warn(f"false_alarms_per_hour is {alarms:g} from now on, for this run", good=True)
+            self._report(f"false_alarms_per_hour is {alarms:g} from now on, for this run")
 
     @property
     def _costs(self) -> tuple[MissRate, ...]:

@@ -121,6 +121,8 @@ def test_a_run_that_has_not_ended_is_not_begun_anew_by_mistake(tmp_path: Path) -
         ({"fingerprint": "another", "voz": "9"}, "another version of voz"),
         ({"words": True}, "was started with another --words or --best"),
         ({"best": 3}, "was started with another --words or --best"),
+        ({"shard": "2/3"}, "was started with shard none"),
+        ({"drive": "rules"}, "was started with no --drive"),
     ],
 )
 def test_what_was_begun_otherwise_is_refused(

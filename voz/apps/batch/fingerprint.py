@@ -80,19 +80,30 @@ def check_same(
         )
 
 
-def difference(one: Header, other: Header) -> str:
-    """Say in words in what two headers differ; empty if results are the same."""
-    if one.fingerprint == other.fingerprint:
-        same = (one.words, one.best) == (other.words, other.best)
-        return "" if same else "another --words or --best"
+def difference(one: Header, other: Header, *fields: str) -> str:
+    """Say in words in what two headers differ: in what results depend on, or in other fields.
+
+    The words are of the first; they are empty if there is no difference.
+    """
+    if one.fingerprint != other.fingerprint:
+        names = {
+            "voz": "another version of voz",
+            "commands": "another command list",
+            "models": "other models or another speaker",
+            "settings": "other settings",
+        }
+        found = [said for name, said in names.items() if getattr(one, name) != getattr(other, name)]
+        return " and ".join(found) or "another fingerprint"
     names = {
-        "voz": "another version of voz",
-        "commands": "another command list",
-        "models": "other models or another speaker",
-        "settings": "other settings",
+        "words": "another --words or --best",
+        "best": "another --words or --best",
+        "shard": f"shard {one.shard or 'none'}",
+        "drive": "other rules to drive by" if one.drive else "no --drive",
+        "inputs": "another list of recordings",
+        "columns": "another manifest",
     }
-    differing = [said for name, said in names.items() if getattr(one, name) != getattr(other, name)]
-    return " and ".join(differing) or "another fingerprint"
+    asked = ("words", "best", *fields)
+    return next((names[n] for n in asked if getattr(one, n) != getattr(other, n)), "")
 
 
 def digest_of(names: Iterable[str]) -> str:

@@ -147,12 +147,7 @@ def open_journal(
 
 def check_same_run(there: Header, header: Header, output: str) -> None:
     """Raise ConfigError if an output or a journal was begun with another header."""
-    differing = difference(there, header)
-    if not differing and there.shard != header.shard:
-        differing = f"shard {there.shard or 'none'}"
-    if not differing and there.drive != header.drive:
-        differing = "other rules to drive by" if there.drive else "no --drive"
-    if differing:
+    if differing := difference(there, header, "shard", "drive"):
         raise ConfigError(
             f"{shown_name(output)}: was started with {differing}; use the same, or name "
             "another file by --out"

@@ -182,12 +182,7 @@ def _check_headers(headers: Sequence[tuple[str, Header]]) -> None:
     for path, header in headers:
         if not header.shard:
             raise ConfigError(f"{shown_name(path)}: is not a shard: it was made without --shard")
-        differing = difference(first, header)
-        if not differing and header.inputs != first.inputs:
-            differing = "another list of recordings"
-        if not differing and header.columns != first.columns:
-            differing = "another manifest"
-        if differing:
+        if differing := difference(first, header, "inputs", "columns"):
             raise ConfigError(
                 f"{shown_name(path)}: was made with {differing} than {shown_name(first_path)}"
             )

@@ -28,10 +28,11 @@ from voz.ros1.node import (
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.controller import controller_by
-from voz.run.parts import QueuedReceiver, open_speaker, speaker_receiver, start_programs
+from voz.run.parts import QueuedReceiver, speaker_receiver, start_programs
 from voz.run.session import Session, SpeechInput
 from voz.run.spec import RunSpec
 from voz.settings import Speech
+from voz.speech.reply_speaker import ReplySpeaker
 
 
 def run_node_session(
@@ -118,7 +119,7 @@ def replies(
     if sound == "none":
         yield Replies([])
         return
-    with open_speaker(settings, table.replies, warn) as speaker:
+    with ReplySpeaker(settings.voice, table.replies, warn, barge_in=settings.barge_in) as speaker:
         yield Replies([speaker_receiver(speaker, table.halts)], speaker.mixer)
 
 

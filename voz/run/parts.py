@@ -32,7 +32,6 @@ from voz.run.clocks import Clock, PacedClock, RecordedClock, Source, pace
 from voz.run.programs import Programs
 from voz.run.session import Session
 from voz.run.spec import Part, RunSpec
-from voz.settings import Speech
 from voz.speech.reply_speaker import ReplySpeaker
 
 if TYPE_CHECKING:
@@ -130,20 +129,11 @@ def speak_replies(session: Session, interruptible: bool = True) -> Iterator[None
     if not settings.enabled:
         yield
         return
-    with open_speaker(settings, session.table.replies, session.warn) as speaker:
+    replies, barge_in = session.table.replies, settings.barge_in
+    with ReplySpeaker(settings.voice, replies, session.warn, barge_in=barge_in) as speaker:
         session.speaker = speaker
         session.receivers.append(speaker_receiver(speaker, session.table.halts, interruptible))
         yield
-
-
-@contextmanager
-def open_speaker(
-    settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
-) -> Iterator[ReplySpeaker]:
-    """Open a speaker for a `with` block; `replies` are rendered beforehand."""
-    with ReplySpeaker(settings.voice, replies, warn) as speaker:
-        speaker.mixer.barge_in = settings.barge_in
-        yield speaker
 
 
 def speaker_receiver(

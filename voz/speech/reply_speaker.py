@@ -51,6 +51,7 @@ class ReplySpeaker:
         voice: one of `voz.speech.synthesis.VOICES`, or of espeak-ng.
         prepared: replies to render at the start.
         warn: called with each message once, on any thread, or again if the loudspeaker was back.
+        barge_in: whether commands count while it speaks.
 
     Attributes:
         client: plays the replies, and other sounds.
@@ -62,6 +63,8 @@ class ReplySpeaker:
         voice: str,
         prepared: Sequence[str] = (),
         warn: Callable[[str], None] = _log.warning,
+        *,
+        barge_in: bool = False,
     ) -> None:
         self._voice = voice
         self._prepared = prepared
@@ -74,6 +77,7 @@ class ReplySpeaker:
         self._stopped = threading.Event()
         self.client = SoundClient(voice, blocking=True, warn=warn)
         self.mixer = mixer_of(self.client)
+        self.mixer.barge_in = barge_in
         self._threads = [
             threading.Thread(target=work, name="voz-speaker", daemon=True)
             for work in (self._render, self._speak)

@@ -107,6 +107,16 @@ EQUIVALENT = {
             "its time is not looked at"
         ),
     },
+    "voz/inbox.py": {
+        "Inbox: __init__: itertools.count(1) -> itertools.count(0)": "numbers are only compared",
+        "Inbox: __init__: itertools.count(1) -> itertools.count(2)": "numbers are only compared",
+        "Inbox: __init__: self._arrived.acquire() -> pass": "the first wait looks once more",
+        "Inbox: __init__: self._newest_stop = 0 -> self._newest_stop = 1": "no number is below 1",
+        "Inbox: take: left <= 0 -> left < 0": "a wait of 0 s is none",
+        "Inbox: take: number < self._newest_stop -> number <= self._newest_stop": (
+            "what is not a stop has another number"
+        ),
+    },
     "voz/run/session.py": {
         "if TYPE_CHECKING: -> if not TYPE_CHECKING:": "modules are loaded earlier, and no more",
     },

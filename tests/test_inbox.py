@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from programs import PATIENCE
 
 from voz.control.messages import End, Halt, Message, too_late
 from voz.events import Notice, Partial, Utterance
@@ -82,8 +83,56 @@ def test_what_was_said_before_a_stop_is_known_to_be_even_if_that_was_dropped(
     assert taken == expected
 
 
+def test_64_messages_may_wait() -> None:
+    inbox = Inbox({"stop"})
+    for _ in range(66):
+        inbox.put(Notice(0, ""))
+    assert inbox.dropped == 2
+    assert len(all_of(inbox)) == 64
+
+
 def test_nothing_is_taken_where_nothing_is() -> None:
     assert Inbox({"stop", "stop speech"}).take(0.01) is None
+
+
+@pytest.mark.parametrize("message", [Notice(0, ""), Halt()])
+def test_it_is_empty_until_something_is_put_there(message: Message) -> None:
+    inbox = Inbox({"stop"})
+    assert inbox.is_empty
+    inbox.put(message)
+    assert not inbox.is_empty
+    inbox.take(0)
+    assert inbox.is_empty
+
+
+@pytest.mark.parametrize("timeout", [0.5, 1000.0])
+def test_who_waits_sleeps_until_something_comes(
+    timeout: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inbox = Inbox({"stop"})
+    inbox.put(Halt())
+    inbox.take(0)  # what came before wakes nobody any more
+    taken: list[Message] = []
+    looks = 0
+
+    def now() -> float:
+        nonlocal looks
+        looks += 1
+        return 0.0
+
+    def wait() -> None:
+        while (message := inbox.take(timeout)) is None:
+            assert timeout < 1000
+        taken.append(message)
+
+    monkeypatch.setattr("voz.inbox.time.monotonic", now)
+    thread = threading.Thread(target=wait, daemon=True)
+    thread.start()
+    thread.join(0.05)
+    inbox.put(Notice(0, ""))
+    thread.join(PATIENCE)
+    assert taken == [Notice(0, "")]
+    assert looks < 100
 
 
 def test_a_wait_of_a_microsecond_ends_whatever_arrives_meanwhile() -> None:

@@ -194,13 +194,18 @@ def test_a_spoken_help_is_answered_by_three_commands_that_do_not_stop() -> None:
         assert nothing.events[-1] == Reply(0, told)
 
 
-def test_of_very_many_commands_a_typed_help_tells_some() -> None:
-    steps = {"stop": Step(stop=True), **{f"c{n:02}": Step(say="hi") for n in range(20)}}
+@pytest.mark.parametrize(
+    ("many", "end"), [(11, "c10, stop"), (12, "c11 and 1 more"), (20, "c11 and 9 more")]
+)
+def test_of_very_many_commands_a_typed_help_tells_twelve(many: int, end: str) -> None:
+    steps = {"stop": Step(stop=True), **{f"c{n:02}": Step(say="hi") for n in range(many)}}
     controller = Controlled(table=command_table(steps, {}))
     controller.hear(asked("?", spoken=False))
-    last = controller.events[-1]
+    said, last = controller.events[-2:]
+    assert isinstance(said, Utterance)
+    assert said.obeyed
     assert isinstance(last, Notice)
-    assert last.text.endswith("c11 and 9 more")
+    assert last.text.endswith(end)
 
 
 def test_a_help_of_the_settings_own_and_one_that_comes_too_late_tell_nothing() -> None:
@@ -208,6 +213,9 @@ def test_a_help_of_the_settings_own_and_one_that_comes_too_late_tell_nothing() -
     controller = Controlled(table=command_table(steps, {}))
     controller.hear(asked("help", spoken=True))
     assert controller.events[-1] == Reply(0, "call Ada")
+    menu = Controlled(table=command_table(steps, {"menu": {"wave": Step(say="hi")}}))
+    menu.hear(asked("help", spoken=True))
+    assert menu.events[-1] == Reply(0, "call Ada")
     late = helped()
     late.hear(asked("help", spoken=False), late=True)
     assert [getattr(event, "obeyed", None) for event in late.events] == [False]

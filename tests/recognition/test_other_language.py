@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import soundfile
 import soxr
-from recordings import ROOT
+from calls import in_process
+from recordings import ROOT, read_manifest
 from spanish import RULES, spanish
 
 from voz.api.recognizer import Recognizer
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
 from voz.config import load_config
 from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
@@ -21,6 +22,7 @@ from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.language_files import LanguageFiles, packaged_files
 from voz.language.spoken_language import configured_language, find_sources, read_language
+from voz.recognition.confidence import load_models
 from voz.recognition.language import Language, load_language, with_more_words
 from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import scorer_for, why_missing
@@ -85,6 +87,27 @@ def test_pocketsphinx_decides_alone_by_a_model_of_a_language_with_another_name(
     assert (heard.text, heard.accepted, heard.score) == ("avanza", True, None)
 
 
+@pytest.mark.slow
+def test_the_confidence_is_fitted_where_pocketsphinx_decides_alone(tmp_path: Path) -> None:
+    files = by_a_model(tmp_path, "castellano")
+    near = [r for r in read_manifest() if r.kind == "near-miss"]
+    rows = [(r.path, r.text, r.voice, r.kind) for r in near[::4]]
+    rows += [(r.path, r.text, r.voice, "talk") for r in near[1::2]]
+    for text in ("para", "avanza", "más despacio", "gira a la derecha"):
+        path = tmp_path / f"{text}.wav"
+        soundfile.write(path, said(text, tmp_path), SAMPLE_RATE)
+        rows.append((path, text, f"who says {text}", "command"))
+    lines = ["\t".join(map(str, row)) for row in (("path", "text", "speaker", "kind"), *rows)]
+    (tmp_path / "list.tsv").write_text("\n".join(lines), encoding="utf-8")
+    out = tmp_path / "mine.json"
+    given = ("fit-confidence", tmp_path / "list.tsv", "--lm", files.folder, "--out", out)
+    result = in_process(*given)
+    assert (result.code, result.err) == (0, "")
+    fitted, now = load_models(str(out)), load_models()
+    assert fitted.with_network == now.with_network
+    assert fitted.without_network != now.without_network
+
+
 def test_nothing_of_english_is_added(in_spanish: Language) -> None:
     assert in_spanish.pronunciations == in_spanish.dictionary
 
@@ -124,6 +147,25 @@ def test_the_network_decides_where_espeak_ng_pronounces(
     for text in others:
         heard = list(recognizer.utterances([said(text, tmp_path, language)], ""))
         assert not any(utterance.accepted for utterance in heard)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("other", ["tourne à droite", "à"])
+def test_a_word_of_one_vowel_may_be_left_out_unless_it_is_a_command(
+    other: str, tmp_path: Path
+) -> None:
+    commands = ["tourne à gauche", other]
+    (tmp_path / "list.txt").write_text("\n".join(commands), encoding="utf-8")
+    spoken = configured_language(SpokenLanguage(name="fr"))
+    build(tmp_path / "list.txt", tmp_path / "lm", read_list(tmp_path / "list.txt", spoken))
+    scorer = scorer_for(load_language(LanguageFiles(tmp_path / "lm")))
+    whole, quick = (
+        scorer.rank(scorer.phone_likelihoods(said(text, tmp_path, "fr")), commands)
+        .matches[commands[0]]
+        .score
+        for text in ("tourne à gauche", "tourne gauche")
+    )
+    assert (whole - quick < 5) == (other != "à")
 
 
 @pytest.mark.slow

@@ -250,10 +250,10 @@ def fit_confidence(
 ) -> None:
     """Make the models of the confidence anew from recordings whose texts are known.
 
-    One is for pocketsphinx alone, one for it with the network. Prints what would be accepted by
-    both, judged by models that never heard the speaker. There must be half an hour of talk among
-    the recordings: it says how often talk sounds like a command. `confidence = "FILE.json"` in the
-    table [recognition] of a voz.toml makes voz judge by them.
+    One is for pocketsphinx alone, one for it with the network, if that knows the language. Prints
+    what would be accepted, judged by models that never heard the speaker. There must be half an
+    hour of talk among the recordings: it says how often talk sounds like a command. `confidence =
+    "FILE.json"` in the table [recognition] of a voz.toml makes voz judge by them.
 
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
@@ -267,6 +267,7 @@ def fit_confidence(
     from voz.apps.recordings.manifest import read_manifests
     from voz.language.language_files import find_language, read_commands
     from voz.recognition.confidence import save_models
+    from voz.recognition.network.score import why_missing
     from voz.recognition.thresholds import threshold_for
 
     clips = read_manifests(manifests, streams=True)
@@ -274,16 +275,17 @@ def fit_confidence(
     check_not_read([out], [*manifests, *(clip.path for clip in clips)])
     check_new(out, overwrite)
     check_talk(clips)
-    commands = read_commands(find_language(lm))
+    files = find_language(lm)
+    with_network = why_missing(files) is None
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(collect_examples(clips, lm, jobs), RECOGNIZING, recordings))
     fitted_on = [describe_set(clips, name) for name in sorted({c.set for c in clips})]
-    models, accepted = fit_models(found, fitted_on, commands)
-    threshold = threshold_for(models.with_network, models.with_network.default_alarm_rate)
+    models, judging = fit_models(found, fitted_on, read_commands(files), with_network)
+    threshold = threshold_for(judging.model, judging.model.default_alarm_rate)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )
-    for name, (share, number) in accepted.items():
+    for name, (share, number) in judging.accepted.items():
         show(f"{share:8.3f} {number:5}  {name}")
     save_models(models, out)
     show(f"written: {out}")

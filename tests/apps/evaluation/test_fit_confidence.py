@@ -231,7 +231,7 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     found = [e for c in collected for e in c.examples]
     assert any(e.right for e in found)
     assert any(not e.right for e in found)
-    assert all(set(e.features) == {*NETWORK_FEATURES} for e in found)
+    assert all(e.features.keys() >= {*NETWORK_FEATURES} for e in found)
     alone = [e for c in collected for e in c.alone]
     assert any(e.right for e in alone)
     assert any(not e.right for e in alone)
@@ -241,12 +241,18 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     fitted_on = [describe_set(clips, "audio_fixtures")]
     found, alone = ([*some, *as_talk(some)] for some in (found, alone))
     together = RecordingExamples(found, alone, talk=3600.0, commands=commands)
-    models, accepted = fit_models([together], fitted_on, read_commands(find_language(None)))
+    commands_listed = read_commands(find_language(None))
+    models, judging = fit_models([together], fitted_on, commands_listed)
+    assert judging.model == models.with_network
     assert "command" in models.with_network.fitted_on[0]
     assert len(models.with_network.costs) == len(models.without_network.costs) == 6
     assert set(models.with_network.weights) == {*NETWORK_FEATURES}
     assert set(models.without_network.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     assert models.with_network.weights["score"] > 0
-    assert sum(count for _, count in accepted.values()) == len(found)
+    assert sum(count for _, count in judging.accepted.values()) == len(found)
     save_models(models, tmp_path / "models.json")
     assert load_models(str(tmp_path / "models.json")) == models
+    without, judging = fit_models([together], fitted_on, commands_listed, with_network=False)
+    assert without == replace(load_models(), without_network=models.without_network)
+    assert judging.model.fitted_on == fitted_on
+    assert sum(count for _, count in judging.accepted.values()) == len(alone)

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -158,44 +159,59 @@ COMMAND_SHARE = 1 / 2
 Matrix = npt.NDArray[np.float64]
 
 
+class Fitted(NamedTuple):
+    """A model, and the `acceptance` by models that were fitted without the speakers."""
+
+    model: Model
+    accepted: dict[str, tuple[float, int]]
+
+
 def fit_models(
-    recordings: Sequence[RecordingExamples], fitted_on: list[str], commands: Commands
-) -> tuple[Models, dict[str, tuple[float, int]]]:
-    """Fit the models of pocketsphinx alone, and of it with the network.
+    recordings: Sequence[RecordingExamples],
+    fitted_on: list[str],
+    commands: Commands,
+    with_network: bool = True,
+) -> tuple[Models, Fitted]:
+    """Fit the models of pocketsphinx alone, and of it with the network, for a language.
 
     Args:
         recordings: have utterances, some of them right, some of them in talk.
         fitted_on: a description of them, which is written into the models.
         commands: those of the language.
+        with_network: whether the network knows it.
 
     Returns:
-        The models, and the `acceptance` of the utterances with the network, by models that were
-        fitted without their speakers.
+        The models, and the one that judges the language.
 
     Raises:
         ConfigError: as `fit` and `with_alarms`.
     """
-    examples = [example for recording in recordings for example in recording.examples]
-    alone = [example for recording in recordings for example in recording.alone]
     said = [clip for recording in recordings for clip in recording.commands]
     hours = sum(recording.talk for recording in recordings) / 3600
-    likely, likely_alone = (
-        cross_validated(examples, NETWORK_FEATURES),
-        cross_validated(alone, POCKETSPHINX_FEATURES),
+    now = load_models()
+
+    def fitted(some: Sequence[Example], names: Sequence[str], **given: Any) -> Fitted:
+        likely = cross_validated(some, names)
+        model = replace(with_alarms(fit(some, fitted_on, names), some, likely, hours), **given)
+        model = with_costs(model, some, likely, said, commands)
+        threshold = threshold_for(model, model.default_alarm_rate)
+        return Fitted(model, acceptance(some, likely, threshold))
+
+    alone = fitted(
+        [example for recording in recordings for example in recording.alone],
+        POCKETSPHINX_FEATURES,
+        default_alarm_rate=DEFAULT_ALARM_RATE_WITHOUT_NETWORK,
     )
-    both = with_alarms(fit(examples, fitted_on, NETWORK_FEATURES), examples, likely, hours)
-    one = with_alarms(fit(alone, fitted_on, POCKETSPHINX_FEATURES), alone, likely_alone, hours)
     # Recordings of one command do not show what voices in the room are worth.
-    voices = {VOICES_AROUND: load_models().without_network.weights[VOICES_AROUND]}
-    one = replace(
-        one, weights=one.weights | voices, default_alarm_rate=DEFAULT_ALARM_RATE_WITHOUT_NETWORK
+    voices = {VOICES_AROUND: now.without_network.weights[VOICES_AROUND]}
+    one = replace(alone.model, weights=alone.model.weights | voices)
+    models = replace(now, without_network=one)
+    if not with_network:
+        return models, alone
+    both = fitted(
+        [example for recording in recordings for example in recording.examples], NETWORK_FEATURES
     )
-    models = Models(
-        with_costs(both, examples, likely, said, commands),
-        with_costs(one, alone, likely_alone, said, commands),
-    )
-    threshold = threshold_for(both, both.default_alarm_rate)
-    return models, acceptance(examples, likely, threshold)
+    return replace(models, with_network=both.model), both
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:

@@ -23,7 +23,8 @@ import typer
 from voz.apps.recordings.manifest import parse_records
 from voz.cli.text_io import with_bar
 from voz.recognition.network.phoneme_network import BLANKS
-from voz.recognition.network.score import PHONE_SYMBOLS_FILE, load_network
+from voz.recognition.network.score import load_network
+from voz.recognition.network.symbols import PHONE_SYMBOLS_FILE
 
 ROUNDS = 4
 """The alignments have settled by then."""

@@ -19,7 +19,8 @@ from voz.audio.sound_files import to_samples
 from voz.cli.text_io import with_bar
 from voz.recognition.name import NameEvidence, costs_around, find_evidence
 from voz.recognition.network.ctc import Floats, Lattice, best_matches, lattice
-from voz.recognition.network.score import PhonemeScorer, read_phone_symbols
+from voz.recognition.network.score import PhonemeScorer
+from voz.recognition.network.symbols import read_phone_symbols
 
 Name = tuple[str, ...]
 """The phones of a name."""

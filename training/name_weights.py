@@ -34,7 +34,7 @@ from voz.recognition.name import (
     write_weights,
 )
 from voz.recognition.network.ctc import Floats, Places
-from voz.recognition.network.score import read_phone_symbols
+from voz.recognition.network.symbols import read_phone_symbols
 
 PHONES = len(read_phone_symbols())
 

@@ -16,7 +16,7 @@ from numpy.random import Generator
 
 from voz.audio import SAMPLE_RATE
 from voz.language.pronunciation import find_anywhere, look_up, read_cmudict
-from voz.recognition.network.score import (
+from voz.recognition.network.symbols import (
     OTHER_PHONE_SYMBOLS_FILE,
     read_phone_symbols,
     with_symbols,

@@ -29,8 +29,8 @@ from voz.recognition.network.score import (
     PENALTY_PER_OTHER_PHONE,
     PhoneLikelihoods,
     PhonemeScorer,
-    read_phone_symbols,
 )
+from voz.recognition.network.symbols import read_phone_symbols
 from voz.recognition.pocketsphinx.decoder import KeyphraseScorer
 
 WEIGHTS_FILE = Path(__file__).with_name("name_weights.npz")

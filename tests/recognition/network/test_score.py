@@ -12,9 +12,7 @@ from recordings import Recording, read_manifest
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import Cleaned
-from voz.language.phones import read_distances
 from voz.recognition.language import Language
-from voz.recognition.network.phoneme_network import UnknownNetworkError
 from voz.recognition.network.score import (
     MAX_LEAD_BONUS,
     MIN_REWARD,
@@ -188,15 +186,6 @@ def test_of_silence_nothing_is_evidence(samples: int, scorer: PhonemeScorer) -> 
     ranking = scorer.rank(scorer.phone_likelihoods(np.zeros(samples, np.int16)), COMMANDS)
     assert set(ranking.matches) == {*COMMANDS}
     assert ranking.score < -10
-
-
-def test_every_phone_of_the_acoustic_model_has_its_sounds() -> None:
-    PhonemeScorer({"all": [sorted(read_distances().frames)]})
-
-
-def test_it_knows_no_phones_of_other_languages() -> None:
-    with pytest.raises(UnknownNetworkError, match="no phone rr"):
-        PhonemeScorer({"rojo": [["R", "rr", "R"]]})
 
 
 def test_of_the_ways_to_say_a_word_the_best_counts(recordings: list[Recording]) -> None:

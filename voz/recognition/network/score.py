@@ -5,9 +5,8 @@ The score of a command adds up over its phones, in nats, wherever in the sound t
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,6 @@ from voz.audio.echo import Cleaned
 from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
-from voz.language.phones import in_english
 from voz.language.sentences.automaton import Automaton
 from voz.language.word_neighbors import Rivals
 from voz.recognition.language import Language, load_language, spellings
@@ -39,15 +37,12 @@ from voz.recognition.network.phoneme_network import (
     UnknownNetworkError,
 )
 from voz.recognition.network.rival_words import RivalWords
-
-PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa.tsv")
-"""The symbols of the network for each phone of the dictionary."""
-
-OTHER_PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa_phones.tsv")
-"""The same for the phones of other languages."""
-
-LETTER = re.compile(r".[\u0300-\u036f]*")
-"""Of a phone, with the signs put to it."""
+from voz.recognition.network.symbols import (
+    read_phone_symbols,
+    symbols_of_other_languages,
+    symbols_of_phones,
+    with_symbols,
+)
 
 MIN_PROBABILITY = 1e-10
 """Floor of the probability of a phone."""
@@ -165,9 +160,9 @@ class PhonemeScorer:
         """
         self._network = load_network(network)
         known = {word: list(spelled) for word, spelled in spellings.items()}
-        symbols = {**read_phone_symbols()}
+        symbols = {phone: dict.fromkeys(said, 1.0) for phone, said in read_phone_symbols().items()}
         if any(phone not in symbols for ways in known.values() for way in ways for phone in way):
-            symbols |= read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)
+            symbols |= symbols_of_other_languages()
         if lacking := {s for sounds in symbols.values() for s in sounds} - {*self._network.symbols}:
             raise ConfigError(f"{network}: has no symbol {min(lacking)}; {NETWORK_ADVICE}")
         unknown = {p for spelled in known.values() for phones in spelled for p in phones}
@@ -189,7 +184,7 @@ class PhonemeScorer:
             self._blank,
             REWARD_PER_PHONE,
         )
-        self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
+        self._symbols_of_phones = symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
 
     def phone_likelihoods(self, samples: Samples) -> PhoneLikelihoods:
@@ -325,7 +320,10 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
         raise UnknownNetworkError(f"it does not know the phones of {language.spoken.name}")
     words = spellings(language.network_words)
     if language.ipa:
-        words = {word: [*map(with_symbols, ways)] for word, ways in words.items()}
+        words = {
+            word: [with_symbols(way, stressed=word in language.commands) for way in ways]
+            for word, ways in words.items()
+        }
     return PhonemeScorer(words, network_file(language.files, network), language.rivals)
 
 
@@ -342,26 +340,6 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
     return None
 
 
-def with_symbols(phones: Sequence[str]) -> tuple[str, ...]:
-    """Replace the phones that have no symbols: by their letters, as `ts`, or nearest English ones.
-
-    English phones of other languages' words stand for themselves.
-    """
-    known = {*read_phone_symbols(), *read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)}
-    split: list[str] = []
-    for phone in phones:
-        letters = LETTER.findall(phone)
-        split += letters if phone not in known and known.issuperset(letters) else [phone]
-    return in_english(split, known)
-
-
-@cache
-def read_phone_symbols(file: Path = PHONE_SYMBOLS_FILE) -> Mapping[str, list[str]]:
-    """Read the symbols of the network for each phone of the dictionary."""
-    lines = file.read_text(encoding="utf-8").splitlines()
-    return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
-
-
 def _silence(probabilities: Floats, playback: Floats) -> None:
     """Make the blank of symbols as probable as they are in the playback just then."""
     share = playback[:, :-BLANKS].copy()
@@ -371,12 +349,3 @@ def _silence(probabilities: Floats, playback: Floats) -> None:
     removed = probabilities[:, :-BLANKS] * share
     probabilities[:, :-BLANKS] -= removed
     probabilities[:, -1] += removed.sum(axis=1)
-
-
-def _symbols_of_phones(symbols: Sequence[str], phones: Collection[Sequence[str]]) -> Floats:
-    """A matrix that adds up the symbols of each phone, and in its last column the blanks."""
-    matrix = np.zeros((len(symbols), len(phones) + 1))
-    for number, alike in enumerate(phones):
-        matrix[[symbols.index(symbol) for symbol in alike], number] = 1
-    matrix[-BLANKS:, -1] = 1
-    return matrix

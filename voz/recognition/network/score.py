@@ -18,6 +18,7 @@ from voz.audio.sound_files import to_int16
 from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.automaton import Automaton
+from voz.language.sentences.command_set import Commands
 from voz.language.word_neighbors import Rivals
 from voz.recognition.language import Language, load_language, spellings
 from voz.recognition.network.ctc import (
@@ -41,6 +42,7 @@ from voz.recognition.network.symbols import (
     read_phone_symbols,
     symbols_of_other_languages,
     symbols_of_phones,
+    unstressed,
     with_symbols,
 )
 
@@ -320,11 +322,29 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
         raise UnknownNetworkError(f"it does not know the phones of {language.spoken.name}")
     words = spellings(language.network_words)
     if language.ipa:
-        words = {
-            word: [with_symbols(way, stressed=word in language.commands) for way in ways]
-            for word, ways in words.items()
-        }
+        words = {word: [*map(with_symbols, ways)] for word, ways in words.items()}
+        for word in _unstressed_words(words, language.commands):
+            words[word] = [*map(unstressed, words[word])]
     return PhonemeScorer(words, network_file(language.files, network), language.rivals)
+
+
+def _unstressed_words(
+    spellings: Mapping[str, Sequence[Sequence[str]]], commands: Commands
+) -> set[str]:
+    """The words of one phone without which no sentence is another one.
+
+    There are none if the list is too long, or has slots: `vingt et un` without two words is another
+    number.
+    """
+    if commands.have_slots or not commands.can_be_listed:
+        return set()
+    found = {word for word, ways in spellings.items() if all(len(way) == 1 for way in ways)}
+    for words in map(str.split, commands.listed):
+        for place in range(len(words)):
+            rest = [*words[:place], *words[place + 1 :]]
+            if words[place] in found and (not rest or " ".join(rest) in commands):
+                found.remove(words[place])
+    return found
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:

@@ -23,29 +23,34 @@ LAX_SHARE = 0.2
 """Share of a symbol that quick or relaxed speech has in place of a phone, or of the blank where it
 leaves the phone out, as in Spanish `apaga` (`benchmarks/language.py`)."""
 
+LEFT_OUT_SHARE = 0.05
+"""The same of the blank for the only phone of a word, as French `à`: less than what a phone earns,
+so that a sentence gains nothing by words that were not said."""
+
 UNSTRESSED = "*"
-"""Sign of the phone of a word that has one phone, as French `à`, which quick speech leaves out."""
+"""Sign of the phone of such a word."""
 
 LETTER = re.compile(r".[\u0300-\u036f]*")
 """Of a phone, with the signs put to it."""
 
 
-def with_symbols(phones: Sequence[str], stressed: bool = True) -> tuple[str, ...]:
+def with_symbols(phones: Sequence[str]) -> tuple[str, ...]:
     """Replace the phones that have no symbols: by their letters, as `ts`, or nearest English ones.
 
-    English phones of other languages' words stand for themselves. The phone of a word that has one
-    gets a sign if the word is not `stressed`.
+    English phones of other languages' words stand for themselves.
     """
-    others = read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)
-    known = {*read_phone_symbols(), *others}
+    known = {*read_phone_symbols(), *read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)}
     split: list[str] = []
     for phone in phones:
         letters = LETTER.findall(phone)
         split += letters if phone not in known and known.issuperset(letters) else [phone]
-    said = in_english(split, known)
-    if not stressed and len(said) == 1 and said[0] in others:
-        return (said[0] + UNSTRESSED,)
-    return said
+    return in_english(split, known)
+
+
+def unstressed(phones: Sequence[str]) -> tuple[str, ...]:
+    """The phones of a word that quick speech leaves out; English ones stay."""
+    others = read_phone_symbols(OTHER_PHONE_SYMBOLS_FILE)
+    return tuple(phone + UNSTRESSED if phone in others else phone for phone in phones)
 
 
 @cache
@@ -69,7 +74,7 @@ def symbols_of_other_languages() -> dict[str, dict[str, float]]:
         phone: dict.fromkeys(lax[phone], LAX_SHARE) | dict.fromkeys(alike, 1.0)
         for phone, alike in said.items()
     }
-    left_out = dict.fromkeys(BLANK_SYMBOLS, LAX_SHARE)
+    left_out = dict.fromkeys(BLANK_SYMBOLS, LEFT_OUT_SHARE)
     return shares | {f"{phone}{UNSTRESSED}": left_out | own for phone, own in shares.items()}
 
 

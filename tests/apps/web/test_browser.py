@@ -174,15 +174,18 @@ def test_nobody_can_speak_before_the_sound_connection_is_open(
     page.get_by_label("hands-free").check()  # once it is enabled
 
 
+SOUNDS = (
+    "const open = self.WebSocket; self.sounds = [];"
+    "self.WebSocket = class extends open { constructor(address) {"
+    "  super(address); if (address.endsWith('audio')) self.sounds.push(this); } };"
+)
+"""Keeps the connections for the sound."""
+
+
 def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     robot: PageRobot, context: BrowserContext
 ) -> None:
-    patch_link(
-        context,
-        "const open = self.WebSocket; self.sounds = [];"
-        "self.WebSocket = class extends open { constructor(address) {"
-        "  super(address); if (address.endsWith('audio')) self.sounds.push(this); } };",
-    )
+    patch_link(context, SOUNDS)
     page = opened(context, robot.link)
     drive(page)
     free = page.get_by_label("hands-free")
@@ -196,6 +199,22 @@ def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     free.check()
     expect(ear(page)).to_have_text("hearing you")
     assert page.workers[0].evaluate("() => self.sounds.length") == 2
+
+
+def test_a_page_that_drives_no_more_says_nothing_of_its_sound(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    """The robot ends the connection for it, which is not broken."""
+    patch_link(context, SOUNDS)
+    page = opened(context, robot.link)
+    drive(page)
+    expect(page.get_by_label("hands-free")).to_be_enabled()
+    page.workers[0].evaluate("() => self.sounds.at(-1).close()")
+    note = page.locator("#voice-note")
+    expect(note).to_have_text("The connection for your sound broke. It is opened again.")
+    page.locator("#leave").click()
+    expect(page.locator("#leave")).to_be_hidden()
+    expect(note).to_have_text("")
 
 
 def test_stop(robot: PageRobot, page: Page) -> None:

@@ -8,6 +8,7 @@ export class Microphone {
     this.showNote = showNote;
     this.onBroken = onBroken;
     this.talking = this.ready = false;
+    this.noted = false; // whether the line is about the connection
     this.number = 0; // of the connection: what is still told of an older one does not count
     link.addEventListener("message", ({ data }) => this.receive(data));
   }
@@ -30,7 +31,7 @@ export class Microphone {
     capture.port.postMessage(port1, [port1]);
     link.postMessage({ type: "microphone", port: port2, rate: context.sampleRate }, [port2]);
     context.createMediaStreamSource(stream).connect(capture).connect(context.destination); // silence: it makes none
-    stream.getAudioTracks()[0].onended = () => this.showNote(text("The microphone is gone: connect it and load this page anew."));
+    stream.getAudioTracks()[0].onended = () => this.note(text("The microphone is gone: connect it and load this page anew."), false);
     this.context = context;
   }
 
@@ -40,10 +41,17 @@ export class Microphone {
     link.postMessage({ type: "connect", secret, number: ++this.number });
   }
 
+  // A page that drives no more needs no sound: the robot breaks the connection itself.
   disconnect() {
+    if (this.noted) this.note("", false);
     this.talking = this.ready = false;
     this.number++;
     link.postMessage({ type: "disconnect" });
+  }
+
+  note(line, isOfConnection = true) {
+    this.noted = isOfConnection;
+    this.showNote(line);
   }
 
   receive(message) {
@@ -52,11 +60,11 @@ export class Microphone {
       this.ready = true;
     } else if (message.type === "sound-broken") {
       this.talking = this.ready = false;
-      this.showNote(text("The connection for your sound broke. It is opened again."));
+      this.note(text("The connection for your sound broke. It is opened again."));
       this.onBroken();
     } else if (message.type === "sound-late") {
       const seconds = message.seconds.toFixed(1);
-      this.showNote(text("Your sound came {seconds} s late and was dropped: say it again.", { seconds }));
+      this.note(text("Your sound came {seconds} s late and was dropped: say it again.", { seconds }));
     }
   }
 
@@ -65,7 +73,7 @@ export class Microphone {
     this.context.resume();
     if (!this.ready) return false;
     link.postMessage({ type: "begin", held });
-    this.showNote("");
+    this.note("", false);
     return (this.talking = true);
   }
 

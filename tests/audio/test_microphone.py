@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from shutil import which
 from types import SimpleNamespace
 
 import numpy as np
@@ -118,7 +119,11 @@ def test_a_source_that_is_taken_away_ends_it_though_the_server_has_another_one(
     device: str, own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]], tmp_path: Path
 ) -> None:
     environment, _ = own_pulse
-
+    # What the server changes while one is about to be told of it must not be missed.
+    slow = tmp_path / "pactl"
+    slow.write_text(f'#!/bin/sh\n[ "$1" = subscribe ] && sleep 1\nexec {which("pactl")} "$@"\n')
+    slow.chmod(0o755)
+    environment = {**environment, "PATH": f"{tmp_path}:{environment['PATH']}"}
     headset = pactl(
         environment, "load-module module-remap-source master=mic.monitor source_name=headset"
     )

@@ -275,6 +275,10 @@ class Microphone:
         self._waiting.put_nowait(arrived)
 
 
+SUBSCRIPTION_WAIT, SUBSCRIPTION_CHECKS = 0.1, 20
+"""Until the server tells what changes, a source is looked for at most so often, so far apart, s."""
+
+
 @contextmanager
 def ends_with_its_source(microphone: Microphone, chosen: Device) -> Iterator[None]:
     """End a microphone in a `with` block when the source that it records from is gone.
@@ -289,14 +293,22 @@ def ends_with_its_source(microphone: Microphone, chosen: Device) -> Iterator[Non
     own = os.environ | {"LC_ALL": "C"}
     pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
     with subprocess.Popen(call, env=own, stdin=nothing, stdout=pipe, stderr=nothing) as events:
+        subscribed = threading.Event()
 
         def watch() -> None:
             for line in events.stdout or ():
+                subscribed.set()
                 if SOURCE_REMOVED in line and not _is_there(source):
                     microphone.ended()
 
         watching = threading.Thread(target=watch, name="voz-source", daemon=True)
         watching.start()
+        for _ in range(SUBSCRIPTION_CHECKS):
+            if not _is_there(source):  # the server tells of each who asks, once it tells anything
+                microphone.ended()
+                break
+            if subscribed.wait(SUBSCRIPTION_WAIT) or events.poll() is not None:
+                break
         try:
             yield
         finally:

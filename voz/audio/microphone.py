@@ -303,13 +303,13 @@ def ends_with_its_source(microphone: Microphone, chosen: Device) -> Iterator[Non
 
         watching = threading.Thread(target=watch, name="voz-source", daemon=True)
         watching.start()
-        for _ in range(SUBSCRIPTION_CHECKS):
-            if not _is_there(source):  # the server tells of each who asks, once it tells anything
-                microphone.ended()
-                break
-            if subscribed.wait(SUBSCRIPTION_WAIT) or events.poll() is not None:
-                break
         try:
+            for _ in range(SUBSCRIPTION_CHECKS):
+                if not _is_there(source):  # the server tells of each who asks, once it tells at all
+                    microphone.ended()
+                    break
+                if subscribed.wait(SUBSCRIPTION_WAIT) or events.poll() is not None:
+                    break
             yield
         finally:
             events.kill()

@@ -336,9 +336,9 @@ def _unstressed_words(
     There are none if the list is too long, or has slots: `vingt et un` without two words is another
     number.
     """
-    if commands.have_slots or not commands.can_be_listed:
-        return set()
     found = {word for word, ways in spellings.items() if all(len(way) == 1 for way in ways)}
+    if not found or commands.have_slots or not commands.can_be_listed:
+        return set()
     for words in map(str.split, commands.listed):
         for place in range(len(words)):
             rest = [*words[:place], *words[place + 1 :]]

@@ -25,7 +25,7 @@ from mixing import noisy
 from voz.api.recognizer import Recognizer
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.cli.text_io import with_bar
 from voz.language.build import build
 from voz.language.command_source import read_list
@@ -107,7 +107,7 @@ def main(
         build(folder / "list.txt", folder, source)
         recognizer = Recognizer(LanguageFiles(folder), Recognition())
         for clip in with_bar(clips, "decoding"):
-            samples = np.concatenate(list(read_blocks(clip.path)))
+            samples = read_samples(clip.path)
             for snr in NOISES:
                 came = outcome(recognizer, clip.text, noisy(samples, snr, chance))
                 found[half[clip.speaker], snr][came] += 1

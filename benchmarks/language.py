@@ -12,14 +12,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-import numpy as np
 import typer
 from machine import machine, one_line_errors
 
 from voz.api.recognizer import Recognizer
 from voz.apps.evaluation.noise import embed_in_noise, generator_for
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.errors import ConfigError
 from voz.language.build import build
 from voz.language.command_source import read_list
@@ -86,14 +85,9 @@ def recognizer_for(
     return Recognizer(LanguageFiles(folder / language), settings)
 
 
-def read_clip(path: Path) -> Samples:
-    """The samples of a recording, 16 kHz."""
-    return np.concatenate([*read_blocks(path)])
-
-
 def heard_in(recognizer: Recognizer, clip: Clip, noise: Samples | None) -> Heard:
     """Recognize a recording, amid noise if there is any."""
-    samples = read_clip(clip.path)
+    samples = read_samples(clip.path)
     if noise is not None:
         samples = embed_in_noise(noise, samples, RATIO, generator_for(clip.path.name))
     found = [u for u in recognizer.decode(samples, SAMPLE_RATE) if u.text]
@@ -136,7 +130,7 @@ def main(
     """Print how many commands are right, how many of them are obeyed, and what else is obeyed."""
     with one_line_errors(), tempfile.TemporaryDirectory(prefix="voz-") as work:
         clips = read_clips(folder / "manifest.tsv")
-        around = read_clip(noise) if noise else None
+        around = read_samples(noise) if noise else None
         print(f"{machine()}\n")
         print("| language | speaker | commands | right | obeyed | wrong | others obeyed |")
         print("|---|---|---|---|---|---|---|")

@@ -38,7 +38,7 @@ from pulseaudio import playing_on, sound_server
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_samples, to_int16
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 
@@ -132,7 +132,7 @@ def robots(environment: dict[str, str], setting: str, under: str) -> Iterator[Ro
 
 def spoken(path: Path) -> Samples:
     """A clip up to its last word, all as loud."""
-    samples = np.concatenate(list(read_blocks(path)))
+    samples = read_samples(path)
     loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())
     return as_loud(samples[: loud[-1] + 1], LOUDNESS / speech_power(samples) ** 0.5)
 
@@ -147,7 +147,7 @@ def going_on(environment: dict[str, str], noise: Path | None, snr: float) -> Ite
     if noise is None:
         yield
         return
-    samples = np.concatenate(list(read_blocks(noise)))
+    samples = read_samples(noise)
     mean = float(np.mean(samples.astype(float) ** 2)) ** 0.5
     raw = Path(environment["HOME"]) / "noise.raw"
     raw.write_bytes(as_loud(samples, LOUDNESS / 10 ** (snr / 20) / mean).tobytes())

@@ -13,7 +13,7 @@ import soxr
 
 from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 from voz.speech.synthesis import cached_speech
 
 Floats = npt.NDArray[np.float64]
@@ -113,7 +113,7 @@ def loud_power(samples: Floats) -> float:
 
 def speech(file: Path) -> Floats:
     """The samples of a recording."""
-    return np.concatenate(list(read_blocks(file))).astype(float)
+    return read_samples(file).astype(float)
 
 
 @cache

@@ -18,7 +18,7 @@ from machine import machine, one_line_errors
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
-from voz.audio.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_samples, to_int16
 from voz.language.language_files import LanguageFiles
 from voz.language.similarity import find_similar
 from voz.language.similarity_report import confusion_rate
@@ -54,7 +54,7 @@ def heard(manifest: Path, language: Language) -> Iterator[tuple[int | None, str,
     chance = np.random.default_rng(0)
     for clip in read_manifest(manifest):
         if clip.text in language.commands:
-            samples = np.concatenate(list(read_blocks(clip.path)))
+            samples = read_samples(clip.path)
             for snr in NOISES:
                 said = noisy(samples, snr, chance)
                 ranking = network.rank(network.phone_likelihoods(said), language.commands.listed)

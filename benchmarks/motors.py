@@ -28,7 +28,7 @@ from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import estimate_text
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE
-from voz.audio.sound_files import read_blocks, to_int16
+from voz.audio.sound_files import read_samples, to_int16
 from voz.events import Event, Utterance
 from voz.language.language_files import find_language
 from voz.language.sentences.command_set import plain_commands
@@ -78,7 +78,7 @@ class Heard(NamedTuple):
 
 def said(clip: Path, after: list[float], rng: np.random.Generator) -> Said:
     """Put a command somewhere behind the robot's start."""
-    samples = np.concatenate(list(read_blocks(clip)))
+    samples = read_samples(clip)
     speech = samples / np.sqrt(speech_power(samples)) * LOUDNESS
     soonest, latest = after
     begin = round((DRIVES_AT + rng.uniform(soonest, latest)) * SAMPLE_RATE)
@@ -137,7 +137,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=100, help="of `stop`, and of the others")
     parser.add_argument("--after", nargs=2, type=float, default=SAID_AFTER, help="from, to, s")
     asked = parser.parse_args()
-    noise = np.concatenate(list(read_blocks(asked.noise))).astype(float)
+    noise = read_samples(asked.noise).astype(float)
     noise *= LOUDNESS / 10 ** (asked.snr / 20) / np.sqrt(np.mean(noise**2))
     recognizer = Recognizer(find_language(None), Recognition())
     rng = np.random.default_rng(0)

@@ -32,7 +32,7 @@ from pulseaudio import sound_server
 from voz.apps.evaluation.noise import mix
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.sound_files import read_blocks
+from voz.audio.sound_files import read_samples
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 
@@ -102,7 +102,7 @@ def idle_share(robot: LiveRobot, environment: dict[str, str]) -> float:
 
 def in_noise(clip: Clip, rng: np.random.Generator) -> Samples:
     """A clip in noise that falls by 3 dB an octave, as that of rooms does."""
-    speech = np.concatenate(list(read_blocks(clip.path)))
+    speech = read_samples(clip.path)
     around = [(int(BEFORE * SAMPLE_RATE), int(AFTER * SAMPLE_RATE))]
     speech = np.pad(speech, around)
     spectrum = np.fft.rfft(rng.standard_normal(len(speech)))

@@ -78,6 +78,39 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
         assert PROPOSAL_BONUS - 1e-6 <= less <= 2 * PROPOSAL_BONUS + 1e-6
 
 
+def spoken(text: str) -> Segment:
+    sound = with_floor(phrase("festival_slt", text), np.random.default_rng(0))
+    (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
+    return segment
+
+
+def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_right(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever its wording; and nothing is surer to be an order by it."""
+    orders = "order: bring (me|us) {number: 13..16} {color} cups (from|of) the kitchen please"
+    language = built([orders, "color = red | blue", "stop"], tmp_path)
+    both = finder(language)
+    said, other = (f"bring me {n} red cups from the kitchen please" for n in ("fifteen", "sixteen"))
+    segment = spoken(said)
+
+    def heard_with(proposed: str) -> Hypothesis:
+        proposes(monkeypatch, proposed)
+        return understood(both, segment)
+
+    alone = heard_with("")
+    right, wrong = heard_with(said.replace("me", "us")), heard_with(other)
+    assert alone.text == right.text == wrong.text == said
+    assert alone.rival
+    assert right.rival
+    assert wrong.rival
+    assert wrong.rival.share < alone.rival.share < right.rival.share
+    for heard in (right, wrong):
+        assert heard.features[SCORE] == pytest.approx(alone.features[SCORE], abs=PROPOSAL_BONUS)
+    proposes(monkeypatch, other)
+    assert understood(both, spoken("stop")).text == "stop"
+
+
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(
     network_finder: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -222,9 +255,7 @@ def test_a_long_list_is_searched_by_the_network_whatever_pocketsphinx_proposes(
 @pytest.fixture(scope="module")
 def said() -> Segment:
     """Three colors."""
-    sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
-    (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
-    return segment
+    return spoken("green white black")
 
 
 def test_in_a_longer_list_what_the_network_hears_is_searched_around_in_turn(

@@ -113,10 +113,10 @@ def find_rival(
     if said is None or not said.slots:
         return None
     best: dict[object, tuple[float, str]] = {}
-    for text, match in ranking.matches.items():
-        key = _key(parse(text))
-        best[key] = max(best.get(key, (match.score, text)), (match.score, text))
-    highest, _ = best.pop(_key(said))
+    for text in ranking.matches:
+        key, scored = meaning(parse(text)), (ranking.rank_score(text), text)
+        best[key] = max(best.get(key, scored), scored)
+    highest, _ = best.pop(meaning(said))
     ahead = [((score - highest) / RIVAL_SCALE, text, False) for score, text in best.values()]
     if begun and begun.text:
         ahead.append((begun.score - highest - BEGUN_AHEAD, begun.text, True))
@@ -137,8 +137,8 @@ def highest_confidence(other: Rival | None) -> float:
     return 1.0 if other is None else multiply_odds(other.share, ODDS_OF_SHARE)
 
 
-def _key(parse: Parse | None) -> object:
-    """Equal for sentences of the same meaning."""
+def meaning(parse: Parse | None) -> object:
+    """What is equal for sentences of the same meaning; None for what is no command."""
     return parse and (parse.command, tuple(sorted(parse.slots.items())))
 
 

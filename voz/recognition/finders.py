@@ -33,6 +33,7 @@ from voz.recognition.decision import (
     Rival,
     find_rival,
     is_too_close,
+    meaning,
     refusal_by_network,
     refusal_by_pocketsphinx,
     refusal_by_rival,
@@ -249,15 +250,28 @@ class NetworkFinder:
         None if there is nothing to score.
         """
         ranking = None
+        also = [proposed] if self._commands.have_slots and proposed in self._commands else []
         for _ in range(1 + MAX_REFINEMENTS):
-            candidates = [*self._shortlist.similar_to(center), *answers]
+            candidates = dict.fromkeys((*self._shortlist.similar_to(center), *answers, *also))
             if not candidates:
                 return None
-            ranking = self._network.rank(likelihoods, candidates, proposed)
+            ranking = self._network.rank(likelihoods, candidates.keys(), proposed)
+            ranking = self._with_support(ranking, proposed)
             if self._shortlist.compares_all or ranking.text == center:
                 break
+            also.append(center)
             center = ranking.text
         return ranking
+
+    def _with_support(self, ranking: Ranking, proposed: str) -> Ranking:
+        """Let pocketsphinx have a say where the best command has slots."""
+        said = self._commands.parse(ranking.text)
+        supported = self._commands.parse(proposed)
+        if said is None or not said.slots or supported is None:
+            return ranking
+        meant = meaning(supported)
+        alike = [each for each in ranking.matches if meaning(self._commands.parse(each)) == meant]
+        return Ranking(ranking.matches, alike)
 
     def _speech_probability(
         self, segment: Segment, begin: float, end: float, likely: float

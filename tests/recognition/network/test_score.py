@@ -15,6 +15,7 @@ from voz.audio.echo import Cleaned
 from voz.recognition.language import Language
 from voz.recognition.network.score import (
     MAX_LEAD_BONUS,
+    MAX_SUPPORT,
     MIN_REWARD,
     PENALTY_PER_OTHER_PHONE,
     PROPOSAL_BONUS,
@@ -135,6 +136,21 @@ def test_the_score_is_that_of_the_best_and_how_far_it_is_ahead(
     assert ranking.score == pytest.approx(first + min(MAX_LEAD_BONUS, (first - second) / 2))
     all_better = {text: Match(fit + more, 0.0, 1.0) for text, fit in fits.items()}
     assert Ranking(all_better).score == pytest.approx(ranking.score + more, abs=1e-6)
+
+
+def test_support_decides_between_what_fits_about_as_well_and_the_more_the_longer_it_is() -> None:
+    long = " ".join("abcdefgh")
+    for text, most in (("a b c d", 1), (long, 5), (f"{long} i j k l", MAX_SUPPORT)):
+        for behind, comes_first in ((most - 0.5, True), (most + 0.5, False)):
+            fits = {text: Match(20.0 - behind, 0.0, 1.0), "other": Match(20.0, 0.0, 1.0)}
+            ranking = Ranking(fits, [text])
+            assert (ranking.text == text) is comes_first
+            assert {ranking.text, ranking.next_best} == {*fits}
+            if comes_first:  # and nothing is surer by it
+                assert ranking.score < 20 - behind
+            assert ranking.others(1)[0][1] < ranking.matches[ranking.text].score
+    short = {"a b c": Match(9.0, 0.0, 1.0), "other": Match(9.1, 0.0, 1.0)}
+    assert Ranking(short, ["a b c"]).text == "other"
 
 
 def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(

@@ -64,6 +64,10 @@ PENALTY_PER_OTHER_PHONE = 2.5
 PROPOSAL_BONUS = 1.0
 """Nats for the command that pocketsphinx found."""
 
+SHORT_WORDS, MAX_SUPPORT = 3, 6.0
+"""An order with slots that means what pocketsphinx found has a nat for each word from the fourth
+on, up to so many: in long orders the two err in different places (`benchmarks/intents.py`)."""
+
 FIRST_PHONE_SECONDS = 0.12
 """The network reports a phone near its end: a word begins this much before its first one, unless
 the word before it ends later (`benchmarks/word_times.py`).
@@ -106,19 +110,28 @@ class PhoneLikelihoods(NamedTuple):
 class Ranking:
     """Commands by their scores."""
 
-    def __init__(self, matches: Mapping[str, Match]) -> None:
+    def __init__(self, matches: Mapping[str, Match], supported: Collection[str] = ()) -> None:
+        """Take the matches, and which commands mean what pocketsphinx found, if it has a say."""
         self.matches = matches
+        self._supported = frozenset(supported)
+
+    def rank_score(self, command: str) -> float:
+        """The score by which a command stands before others, nats."""
+        score = self.matches[command].score
+        if command not in self._supported:
+            return score
+        return score + min(MAX_SUPPORT, max(0, len(command.split()) - SHORT_WORDS))
 
     @cached_property
     def text(self) -> str:
         """The command that fits best."""
-        return max(self.matches, key=lambda command: self.matches[command].score)
+        return max(self.matches, key=self.rank_score)
 
     @cached_property
     def next_best(self) -> str:
         """The second best command; empty if there is no other."""
         others = (command for command in self.matches if command != self.text)
-        return max(others, key=lambda command: self.matches[command].score, default="")
+        return max(others, key=self.rank_score, default="")
 
     @cached_property
     def score(self) -> float:
@@ -134,7 +147,8 @@ class Ranking:
         Being behind the best counts against a command as being ahead counts for it.
         """
         best = self.matches[self.text].score
-        behind = {text: best - match.score for text, match in self.matches.items()}
+        highest = self.rank_score(self.text)
+        behind = {text: highest - self.rank_score(text) for text in self.matches}
         del behind[self.text]
         nearest = sorted(behind, key=behind.__getitem__)[:count]
         return [(t, best - behind[t] - min(MAX_LEAD_BONUS, behind[t] / 2)) for t in nearest]

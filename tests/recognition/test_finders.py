@@ -9,7 +9,7 @@ import pytest
 from recordings import Recording
 from synthesis import phrase, with_floor
 
-from voz.audio import SAMPLE_RATE
+from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import NO_SAMPLES, Segment
 from voz.audio.segmenter import segments
 from voz.audio.sound_files import to_samples
@@ -18,7 +18,7 @@ from voz.language.language_files import LanguageFiles
 from voz.recognition.confidence import POCKETSPHINX_FEATURES, SCORE, VOICES_AROUND, load_models
 from voz.recognition.decision import Hypothesis
 from voz.recognition.finders import MAX_COMPARED, NetworkFinder, PocketsphinxFinder
-from voz.recognition.language import Language, Shortlist, load_language
+from voz.recognition.language import Language, Shortlist, load_language, with_more_words
 from voz.recognition.network.score import PROPOSAL_BONUS, PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx.decoder import Decoder
 from voz.settings import Recognition
@@ -109,6 +109,31 @@ def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_ri
         assert heard.features[SCORE] == pytest.approx(alone.features[SCORE], abs=PROPOSAL_BONUS)
     proposes(monkeypatch, other)
     assert understood(both, spoken("stop")).text == "stop"
+
+
+def test_pocketsphinx_hears_what_is_said_behind_the_name_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its grammar does not have the name, and would make the beginning of an order of it."""
+    language = built(["bring me {number: 1..90} {color} cups", "color = red | blue"], tmp_path)
+    proposed: list[tuple[str, int]] = []
+    decode = Decoder.decode
+
+    def decoded(decoder: Decoder, samples: Samples, start: str) -> str:
+        proposed.append((decode(decoder, samples, start), len(samples)))
+        return proposed[-1][0]
+
+    monkeypatch.setattr(Decoder, "decode", decoded)
+    said = "bring me fifteen red cups"
+    settings = Recognition(name="hey robot")
+    named = finder(with_more_words(language, settings), settings)
+    segment = spoken(f"hey robot {said}")
+    heard = understood(named, segment)
+    assert heard.named
+    assert heard.text == said
+    ((found, samples),) = proposed
+    assert found == said
+    assert len(spoken(said).samples) * 0.9 < samples < len(segment.samples) - 0.3 * SAMPLE_RATE
 
 
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(

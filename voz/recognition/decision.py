@@ -81,7 +81,7 @@ more or less counts whole: what both have in common errs alike (`benchmarks/slot
 MOST_AHEAD = 100.0
 """What is ahead by more, in the powers of e, is sure in any case."""
 
-ODDS_OF_SHARE = 2.65
+ODDS_OF_SHARE = 2.0
 """How much higher the odds of a meaning are than those of its share (`benchmarks/intents.py`)."""
 
 

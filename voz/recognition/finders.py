@@ -118,18 +118,18 @@ class NetworkFinder:
 
     def understand(self, segment: Segment, answers: Sequence[str] = ()) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
-        sound = denoise_if_noisy(segment.samples)
-        proposed = self._decoder.decode(sound, mean_start(sound))
-        if self._only_proposed and proposed not in self._commands:
-            return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         likelihoods = self._phones_in(segment)
         name = self._find_name(segment, likelihoods)
+        proposed = self._proposed(segment, name)
+        if self._only_proposed and proposed not in self._commands:
+            return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         offset = name.end if name else _earliest_begin(segment)
         heard = self._heard_from(offset, likelihoods, proposed, answers)
         if name and (heard.ranking is None or not heard.ranking.score >= MIN_SCORE_AFTER_NAME):
             if alone := self._find_name(segment, likelihoods, alone=True):
                 return self._name_alone(segment, alone)
             name, offset = None, _earliest_begin(segment)
+            proposed = self._proposed(segment, name)
             heard = self._heard_from(offset, likelihoods, proposed, answers)
         ranking = heard.ranking
         if ranking is None:
@@ -159,6 +159,12 @@ class NetworkFinder:
             ),
             others=partial(self._others, ranking, speech),
         )
+
+    def _proposed(self, segment: Segment, name: NameMatch | None) -> str:
+        """What pocketsphinx finds behind the name, which its grammar does not have."""
+        said = round(name.end * SAMPLE_RATE) - len(segment.before) if name else 0
+        sound = denoise_if_noisy(segment.samples[max(0, said) :])
+        return self._decoder.decode(sound, mean_start(sound))
 
     def hears_name(self, segment: Segment) -> bool:
         """Whether the robot's name is in a segment; costs less than to understand it."""

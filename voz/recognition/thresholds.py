@@ -35,7 +35,7 @@ ANSWER_ODDS_FACTOR = 4.0
 ASK_BACK_ODDS_FACTOR = 3.0
 """The robot asks back where the odds are lower than they need to be by this factor at most."""
 
-MIN_MEANING_SHARE = 0.6
+MIN_MEANING_SHARE = 0.66
 """A sentence is refused that has less than this share among those of other meanings."""
 
 NAME_THRESHOLD = 0.45

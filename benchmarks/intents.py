@@ -7,13 +7,14 @@ stands what the benchmark does not count: orders that are obeyed and wrong.
 
 The noise is mixed as the benchmark does it: by the loudest 0.128 s of both, then half of full
 scale. It also goes on before and after the clip, as it does for a microphone; `--run-in 0` leaves
-that out.
+that out. `--name "hey robot"` is said before each order, as loud, by one of Debian's voices.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,6 +37,18 @@ from voz.language.build import build
 from voz.language.language_files import LanguageFiles
 from voz.settings import Recognition
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
+
+import synthesis  # a script beside the others
+
+NAME_VOICES = ("festival_slt", "flite_rms", "flite_awb")
+
+LOUD = 0.05
+"""Of the loudest sample of a clip; what is softer at its beginning is no speech."""
+
+PAUSE = 0.1
+"""Between the name and an order, s."""
+
 COFFEE = Path(__file__).parent.parent / "examples" / "coffee.txt"
 
 LEVELS = (24, 18, 12, 6)
@@ -48,6 +61,10 @@ PUBLISHED: Mapping[str, Mapping[int, float]] = {
 
 FRAME = 2048
 """Samples over which the benchmark looks for the loudest sound."""
+
+
+Sound = np.ndarray[Any, Any]
+"""Samples from -1 to 1."""
 
 
 class Clip(NamedTuple):
@@ -94,10 +111,20 @@ def _stripped(slots: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value).strip().lower() for name, value in slots.items()}
 
 
-def mixed(clip: Clip, run_in: float) -> Samples:
+def behind(name: str, speech: Sound, chance: np.random.Generator) -> Sound:
+    """An order, and the robot's name before it."""
+    begin = np.flatnonzero(np.abs(speech) > LOUD * np.abs(speech).max())[0]
+    order = speech[max(0, begin - int(PAUSE * SAMPLE_RATE)) :]
+    said = synthesis.speak(NAME_VOICES[chance.integers(len(NAME_VOICES))], name)
+    return np.concatenate([said * (order.std() / said.std()), order])
+
+
+def mixed(clip: Clip, run_in: float, name: str) -> Samples:
     """A clip in its noise; the same piece of it each time."""
     speech, rate = soundfile.read(clip.path)
     assert rate == SAMPLE_RATE, clip.path
+    if name:
+        speech = behind(name, speech, np.random.default_rng([*clip.path.name.encode()]))
     around = int(run_in * SAMPLE_RATE)
     whole = np.pad(speech, around)
     if clip.noise:
@@ -112,7 +139,7 @@ def mixed(clip: Clip, run_in: float) -> Samples:
     return to_int16(whole)
 
 
-def _loudest(sound: np.ndarray[Any, Any]) -> float:
+def _loudest(sound: Sound) -> float:
     frames = sound[: len(sound) // FRAME * FRAME].reshape(-1, FRAME)
     return float((frames**2).sum(axis=1).max())
 
@@ -125,9 +152,10 @@ def recognizer(lm: str, settings: Recognition) -> Recognizer:
 
 def judge(clip: Clip, lm: str, settings: Recognition, run_in: float) -> Result:
     """Recognize a clip."""
-    heard_by, sound = recognizer(lm, settings), mixed(clip, run_in)
+    heard_by, sound = recognizer(lm, settings), mixed(clip, run_in, settings.name)
     began = time.process_time()
-    heard = list(heard_by.utterances([sound], clip.path.name))
+    found = heard_by.utterances([sound], clip.path.name)
+    heard = [each for each in found if each.text != settings.name]
     cpu = time.process_time() - began
     obeyed = [u for u in heard if u.accepted]
     parses = [heard_by.commands.parse(u.text) for u in heard]
@@ -183,15 +211,16 @@ def main(
     level: Annotated[list[int] | None, typer.Option(help="Signal to noise, dB.")] = None,
     run_in: Annotated[float, typer.Option(help="Noise before and after a clip, s.")] = 2.0,
     alarms: Annotated[float | None, typer.Option(help="False alarms an hour.")] = None,
+    name: Annotated[str, typer.Option(help="The robot's name, said before each order.")] = "",
     jobs: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
     every: Annotated[bool, typer.Option("--all", help="Show each that was not accepted.")] = False,
 ) -> None:
     """Print how many orders are accepted, and how many are obeyed that were not given."""
     data = folder / "data" if (folder / "data").is_dir() else folder
     names = noise or ["none", *sorted(path.stem for path in (data / "noise").glob("*.wav"))]
-    noises = [None if name == "none" else data / "noise" / f"{name}.wav" for name in names]
+    noises = [None if each == "none" else data / "noise" / f"{each}.wav" for each in names]
     chosen = clips(data, noises, level or LEVELS)
-    settings = Recognition(false_alarms_per_hour=alarms, ask="always")
+    settings = Recognition(false_alarms_per_hour=alarms, ask="always", name=name)
     with tempfile.TemporaryDirectory(prefix="voz-") as lm:
         built = build(listed, Path(lm))
         print(f"{machine()}; {built.sentences:,} sentences, {len(chosen)} clips")

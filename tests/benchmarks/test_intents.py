@@ -46,3 +46,12 @@ def test_what_is_accepted_and_what_is_wrong_stand_beside_what_is_published(
     assert none[:7] == ["none", "-", "0.500", "-", "-", "1.000", "0.000"]
     assert white[:5] == ["white", "24", "0.500", "0.99", "0.96"]
     assert "two.wav 0: small => make me a double shot latte with cream (obeyed" in "\n".join(lines)
+
+
+@pytest.mark.slow
+def test_orders_behind_a_name_count_and_the_name_itself_does_not(benchmark: Path) -> None:
+    named = [*("--name", "hey robot"), *("--noise", "none"), *("--jobs", 1)]
+    lines = printed("intents", benchmark, *named, "--all")
+    _, none = cells(lines)
+    assert none[:7] == ["none", "-", "0.500", "-", "-", "1.000", "0.000"]
+    assert not any("hey robot" in line for line in lines)

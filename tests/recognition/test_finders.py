@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +110,10 @@ def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_ri
         assert heard.features[SCORE] == pytest.approx(alone.features[SCORE], abs=PROPOSAL_BONUS)
     proposes(monkeypatch, other)
     assert understood(both, spoken("stop")).text == "stop"
+    foreign = finder(replace(language, ipa={"red": ("r",)}), network=scorer_for(language))
+    unmoved = understood(foreign, segment)  # in another language pocketsphinx hears worse
+    assert unmoved.rival
+    assert unmoved.rival.share > wrong.rival.share
 
 
 def test_pocketsphinx_hears_what_is_said_behind_the_name_alone(

@@ -100,6 +100,8 @@ class NetworkFinder:
         self._decoder = Decoder(language, settings.search)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
+        # By the nearest English phones it hears other languages worse than the network does.
+        self._pocketsphinx_has_say = language.commands.have_slots and not language.ipa
         self._never_missed = frozenset(settings.never_missed)
         self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
         self._network = network
@@ -256,13 +258,15 @@ class NetworkFinder:
         None if there is nothing to score.
         """
         ranking = None
-        also = [proposed] if self._commands.have_slots and proposed in self._commands else []
+        has_say = self._pocketsphinx_has_say and proposed in self._commands
+        also = [proposed] if has_say else []
         for _ in range(1 + MAX_REFINEMENTS):
             candidates = dict.fromkeys((*self._shortlist.similar_to(center), *answers, *also))
             if not candidates:
                 return None
             ranking = self._network.rank(likelihoods, candidates.keys(), proposed)
-            ranking = self._with_support(ranking, proposed)
+            if has_say:
+                ranking = self._with_support(ranking, proposed)
             if self._shortlist.compares_all or ranking.text == center:
                 break
             also.append(center)
@@ -272,10 +276,9 @@ class NetworkFinder:
     def _with_support(self, ranking: Ranking, proposed: str) -> Ranking:
         """Let pocketsphinx have a say where the best command has slots."""
         said = self._commands.parse(ranking.text)
-        supported = self._commands.parse(proposed)
-        if said is None or not said.slots or supported is None:
+        if said is None or not said.slots:
             return ranking
-        meant = meaning(supported)
+        meant = meaning(self._commands.parse(proposed))
         alike = [each for each in ranking.matches if meaning(self._commands.parse(each)) == meant]
         return Ranking(ranking.matches, alike)
 

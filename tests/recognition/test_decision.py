@@ -347,7 +347,7 @@ def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
     assert (clear.text, clear.accepted) == (text, True)
     noisy = turning.decode(said(text, -9), SAMPLE_RATE)[-1]
     assert (noisy.text, noisy.accepted) == (text, True)
-    assert noisy.confidence < clear.confidence  # as the other is near
+    assert noisy.confidence < min(0.98, clear.confidence)  # as the other is near
     for noise in (-6, -3):
         heard = turning.decode(said(text, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted

@@ -120,18 +120,20 @@ class NetworkFinder:
 
     def understand(self, segment: Segment, answers: Sequence[str] = ()) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
-        likelihoods = self._phones_in(segment)
-        name = self._find_name(segment, likelihoods)
-        proposed = self._proposed(segment, name)
+        proposed = "" if self._name_finder else self._proposed(segment)
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
+        likelihoods = self._phones_in(segment)
+        name = self._find_name(segment, likelihoods)
+        if self._name_finder:
+            proposed = self._proposed(segment, name)
         offset = name.end if name else _earliest_begin(segment)
         heard = self._heard_from(offset, likelihoods, proposed, answers)
         if name and (heard.ranking is None or not heard.ranking.score >= MIN_SCORE_AFTER_NAME):
             if alone := self._find_name(segment, likelihoods, alone=True):
                 return self._name_alone(segment, alone)
             name, offset = None, _earliest_begin(segment)
-            proposed = self._proposed(segment, name)
+            proposed = self._proposed(segment)
             heard = self._heard_from(offset, likelihoods, proposed, answers)
         ranking = heard.ranking
         if ranking is None:
@@ -162,7 +164,7 @@ class NetworkFinder:
             others=partial(self._others, ranking, speech),
         )
 
-    def _proposed(self, segment: Segment, name: NameMatch | None) -> str:
+    def _proposed(self, segment: Segment, name: NameMatch | None = None) -> str:
         """What pocketsphinx finds behind the name, which its grammar does not have."""
         said = round(name.end * SAMPLE_RATE) - len(segment.before) if name else 0
         sound = denoise_if_noisy(segment.samples[max(0, said) :])

@@ -43,12 +43,6 @@ import synthesis  # a script beside the others
 
 NAME_VOICES = ("festival_slt", "flite_rms", "flite_awb")
 
-LOUD = 0.05
-"""Of the loudest sample of a clip; what is softer at its beginning is no speech."""
-
-PAUSE = 0.1
-"""Between the name and an order, s."""
-
 COFFEE = Path(__file__).parent.parent / "examples" / "coffee.txt"
 
 LEVELS = (24, 18, 12, 6)
@@ -61,10 +55,6 @@ PUBLISHED: Mapping[str, Mapping[int, float]] = {
 
 FRAME = 2048
 """Samples over which the benchmark looks for the loudest sound."""
-
-
-Sound = np.ndarray[Any, Any]
-"""Samples from -1 to 1."""
 
 
 class Clip(NamedTuple):
@@ -111,11 +101,10 @@ def _stripped(slots: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value).strip().lower() for name, value in slots.items()}
 
 
-def behind(name: str, speech: Sound, chance: np.random.Generator) -> Sound:
+def behind(name: str, order: synthesis.Sound, chance: np.random.Generator) -> synthesis.Sound:
     """An order, and the robot's name before it."""
-    begin = np.flatnonzero(np.abs(speech) > LOUD * np.abs(speech).max())[0]
-    order = speech[max(0, begin - int(PAUSE * SAMPLE_RATE)) :]
     said = synthesis.speak(NAME_VOICES[chance.integers(len(NAME_VOICES))], name)
+    order = synthesis.trimmed(order)
     return np.concatenate([said * (order.std() / said.std()), order])
 
 
@@ -139,7 +128,7 @@ def mixed(clip: Clip, run_in: float, name: str) -> Samples:
     return to_int16(whole)
 
 
-def _loudest(sound: Sound) -> float:
+def _loudest(sound: synthesis.Sound) -> float:
     frames = sound[: len(sound) // FRAME * FRAME].reshape(-1, FRAME)
     return float((frames**2).sum(axis=1).max())
 

@@ -216,6 +216,26 @@ def test_what_is_sure_is_heard_at_its_own_speed_alone(
     assert finder.find(samples, sounds) == best
 
 
+@pytest.mark.parametrize(("noise", "seed"), [(0.3, 21), (1, 12), (1, 33)])
+def test_a_name_does_not_end_in_the_words_behind_it(
+    network: PhonemeScorer, finder: NameFinder, noise: float, seed: int
+) -> None:
+    # The T of "hey robot" is heard better in "triple shot": the words before would be lost.
+    samples = said(f"{NAME} brew a triple shot light roast house coffee", noise, seed)
+    match = finder.best(network.phone_likelihoods(samples))
+    assert match.log_odds > 0
+    assert match.end <= 2.0
+
+
+def test_a_name_with_a_pause_between_its_words_ends_behind_the_last(
+    network: PhonemeScorer, finder: NameFinder
+) -> None:
+    first, second = (spoken(word) for word in NAME.split())
+    samples = np.concatenate([PAUSE, first, PAUSE, second, PAUSE]).astype(np.int16)
+    match = finder.best(network.phone_likelihoods(samples))
+    assert match.end > (2 * len(PAUSE) + len(first)) / SAMPLE_RATE
+
+
 def test_a_name_that_ended_earlier_is_none(network: PhonemeScorer, finder: NameFinder) -> None:
     samples = said(NAME, 9, 38)
     sounds = network.phone_likelihoods(samples)

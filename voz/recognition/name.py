@@ -176,6 +176,13 @@ JUST_AFTER = int(0.8 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_AFTER = 1.5
 """Nats against a name alone for each phone in the moments after it: most talk goes on."""
 
+LONGEST_PHONE = int(0.15 * SAMPLE_RATE / MOMENT)
+"""Moments for each phone, in the mean, of a name within which nobody pauses."""
+
+STRETCHED = 1.5
+"""Log-odds by which a name that takes longer must be ahead of one that does not. If it is not, its
+last phones were found in the command behind it, which would lose the words before them."""
+
 
 class NameMatch(NamedTuple):
     """Where a name fits best in a sound."""
@@ -251,10 +258,15 @@ class NameFinder:
         too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
         log_ratios = english_phones(likelihoods.log_ratios)
         found = find_evidence(log_ratios, before, behind + too_early, self._name)
+        log_odds, place = found.log_odds(self._weights), found
+        longest = found.begin + LONGEST_PHONE * len(found.phones)
+        if _moments(earliest_end) < longest < found.end:
+            heard = log_ratios[:longest], before[:longest], (behind + too_early)[:longest]
+            short = find_evidence(*heard, self._name)
+            place = short if short.log_odds(self._weights) > log_odds - STRETCHED else found
         seconds = MOMENT / SAMPLE_RATE
-        log_odds = found.log_odds(self._weights)
         against = CONTEXT_WEIGHT * found.around
-        return NameMatch(log_odds, found.begin * seconds, found.end * seconds, against)
+        return NameMatch(log_odds, place.begin * seconds, place.end * seconds, against)
 
 
 def english_phones(log_ratios: Floats) -> Floats:

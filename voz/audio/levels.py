@@ -119,8 +119,11 @@ SILENCE_QUANTILE = 0.95
 QUIET_ROOM_LEVEL = 20.0
 """Level of a quiet room, dB relative to one unit of the 16 bits."""
 
-MIN_SILENCE_DEPTH = 20.0
-"""Silence this far below the background replaces it, dB."""
+MIN_SILENCE_DEPTH = 8.0
+"""Silence this far below the background replaces it, dB.
+
+With 20 a long sentence in noise became the background, and what came after a breath was lost.
+"""
 
 MAX_KEPT_FRAMES = 4096
 """Frames that are kept before all but the last ones are deleted."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recordings import Recording
+from recordings import Recording, spoken
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.segment import (
@@ -42,6 +42,17 @@ def murmur(seconds: float) -> Samples:
 def test_silence_has_no_speech() -> None:
     assert segments_of(murmur(3)) == []
     assert segments_of(np.zeros(0, np.int16)) == []
+
+
+def test_what_follows_a_breath_in_a_long_sentence_is_heard_in_noise() -> None:
+    begun = spoken("could i have a light roast triple shot iced mocha in a large cup right now")
+    rest = spoken("with a little bit of brown sugar")
+    around, breath = (np.zeros(int(s * SAMPLE_RATE), np.int16) for s in (2, 0.125))
+    speech = np.concatenate([around, begun, breath, rest, around]).astype(float)
+    noise = np.random.default_rng(0).normal(0, 0.25 * np.std(begun), len(speech))
+    stream = np.rint(speech + noise).clip(-32768, 32767).astype(np.int16)
+    _, heard = segments_of(stream)
+    assert heard.end - heard.start > 0.8 * len(rest) / SAMPLE_RATE
 
 
 def test_each_command_of_a_long_recording_is_a_segment(session: Recording) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from recordings import Recording, spoken
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.levels import Floats
 from voz.audio.segment import (
     CONTEXT_SAMPLES,
     CONTINUE_ABOVE,
@@ -44,15 +45,36 @@ def test_silence_has_no_speech() -> None:
     assert segments_of(np.zeros(0, np.int16)) == []
 
 
+LONG_ORDER = "could i have a light roast triple shot iced mocha in a large cup right now"
+REST = "with a little bit of brown sugar"
+
+
+def in_two_breaths(noise: Floats) -> Samples:
+    """A long order, a breath, and its rest, in noise a quarter as loud that is repeated."""
+    begun = spoken(LONG_ORDER)
+    around, breath = (np.zeros(int(s * SAMPLE_RATE), np.int16) for s in (3, 0.125))
+    speech = np.concatenate([around, begun, breath, spoken(REST), around]).astype(float)
+    stream = speech + 0.25 * np.std(begun) / np.std(noise) * np.resize(noise, len(speech))
+    return np.rint(stream).clip(-32768, 32767).astype(np.int16)
+
+
 def test_what_follows_a_breath_in_a_long_sentence_is_heard_in_noise() -> None:
-    begun = spoken("could i have a light roast triple shot iced mocha in a large cup right now")
-    rest = spoken("with a little bit of brown sugar")
-    around, breath = (np.zeros(int(s * SAMPLE_RATE), np.int16) for s in (2, 0.125))
-    speech = np.concatenate([around, begun, breath, rest, around]).astype(float)
-    noise = np.random.default_rng(0).normal(0, 0.25 * np.std(begun), len(speech))
-    stream = np.rint(speech + noise).clip(-32768, 32767).astype(np.int16)
-    _, heard = segments_of(stream)
-    assert heard.end - heard.start > 0.8 * len(rest) / SAMPLE_RATE
+    noise = np.random.default_rng(0).normal(0, 1, 12 * SAMPLE_RATE)
+    _, rest = segments_of(in_two_breaths(noise))
+    assert rest.end - rest.start > 0.8 * len(spoken(REST)) / SAMPLE_RATE
+
+
+def test_a_rest_that_is_expected_is_heard_in_noise_that_sounds_like_a_voice() -> None:
+    turns = 2 * np.pi * 110 * np.arange(SAMPLE_RATE) / SAMPLE_RATE
+    hum = sum(np.sin(number * (turns + number)) / np.sqrt(number) for number in range(1, 30))
+    segmenter, found = Segmenter(), []
+    for block in np.array_split(in_two_breaths(hum), 100):
+        for sound in segmenter.feed(block):
+            if isinstance(sound, Segment):
+                found.append(sound)
+                segmenter.expect_rest()
+    assert found[-1].start > 3 + len(spoken(LONG_ORDER)) / SAMPLE_RATE
+    assert found[-1].end - found[-1].start > 0.8 * len(spoken(REST)) / SAMPLE_RATE
 
 
 def test_each_command_of_a_long_recording_is_a_segment(session: Recording) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,12 +28,15 @@ extra = brown sugar | almond milk
 BREATH = 0.4
 
 
-@pytest.fixture(scope="module")
-def barista(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
-    folder = tmp_path_factory.mktemp("barista")
-    (folder / "list.txt").write_text(LIST)
+def recognizer_of(listed: str, folder: Path) -> Recognizer:
+    (folder / "list.txt").write_text(listed)
     build(folder / "list.txt", folder)
     return Recognizer(LanguageFiles(folder), Recognition())
+
+
+@pytest.fixture(scope="module")
+def barista(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
+    return recognizer_of(LIST, tmp_path_factory.mktemp("barista"))
 
 
 @functools.cache
@@ -92,6 +96,13 @@ def test_only_what_may_be_added_to_waits_for_more(barista: Recognizer) -> None:
         waited[text] = said.t - said.end
     assert waited.pop("make me mocha") > 0.6
     assert max(waited.values()) < 0.4
+
+
+def test_half_an_order_is_not_obeyed_if_its_rest_is_in_doubt(tmp_path: Path) -> None:
+    listed = LIST.replace("brown sugar | almond milk", "pear | bear | care")
+    unsure = recognizer_of(listed, tmp_path)
+    [order] = heard(unsure, stream("make me mocha", BREATH, "with dare"))
+    assert (order.accepted, order.reason) == (False, "unsure_between")
 
 
 def test_half_an_order_is_not_obeyed_if_its_rest_is_too_soft_to_stand_out(

@@ -100,6 +100,8 @@ class Segmenter:
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
         self._stood: deque[bool] = deque(maxlen=ONSET_FRAMES)  # which frames stood out at all
         self._standing = 0  # frames that stood out, up to now
+        self._began_above: BandLevels = (0.0, 0.0)  # the background of the last segment's beginning
+        self._rest_expected = False  # of a sentence that has paused
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
@@ -136,6 +138,13 @@ class Segmenter:
             self._end(self._open.paused_at(self._heard))
             self._standing = 0
 
+    def expect_rest(self) -> None:
+        """Let what follows the last segment begin as softly as that did, until it is quiet.
+
+        Where noise sounds like a voice, a long sentence is taken for the background.
+        """
+        self._rest_expected = True
+
     @property
     def background(self) -> float:
         """Level of the room, dB relative to one unit of the 16 bits."""
@@ -167,6 +176,9 @@ class Segmenter:
     def _begin(
         self, voice: bool, level: BandLevels, background: BandLevels
     ) -> Iterator[SegmenterEvent]:
+        if self._rest_expected:
+            rooms = (background, self._began_above)
+            background = min(low for low, _ in rooms), min(high for _, high in rooms)
         low, high = (lv > room + BEGIN_ABOVE for lv, room in zip(level, background, strict=True))
         self._stood.append(low or high)
         self._standing = self._standing + 1 if voice and low else 0
@@ -190,6 +202,7 @@ class Segmenter:
             loud=max(BEGIN_FRAMES, sum(self._stood)),
             least_high=background[1] + BEGIN_ABOVE,
         )
+        self._began_above, self._rest_expected = background, False
         self._standing = 0
         self._stood.clear()
 
@@ -238,7 +251,7 @@ class Segmenter:
 
     def _report_quiet(self) -> Iterator[Quiet]:
         if not self._quiet_reported:
-            self._quiet_reported = True
+            self._quiet_reported, self._rest_expected = True, False
             since, now = (at - self._kept_from for at in (self._last_end, self._heard))
             yield Quiet(self._heard / SAMPLE_RATE, self._kept[max(0, since) : now])
 

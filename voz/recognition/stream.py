@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -102,7 +103,10 @@ class Stream:
         if not (may_be_continued(first) and belong_together(begun, segment)):
             return None
         whole = self._decide(begun.joined(segment), first.context)
-        if not (whole.accepted or may_be_continued(whole)) or _words(whole) <= _words(first):
+        # What was accepted is not all of it, though the rest is not sure.
+        fits_better = first.accepted and _score(whole) > _score(first)
+        is_one = whole.accepted or may_be_continued(whole) or fits_better
+        if not is_one or _words(whole) <= _words(first):
             return None
         alone = self._decide(self._after_name(segment), Context.QUIET)
         return None if self._interpreter.is_never_missed(alone) else whole
@@ -157,6 +161,8 @@ class Stream:
         may_go_on = self._interpreter.may_be_continued(decision)
         if decision.waits or self._may_be_name(decision) or may_go_on:
             self._waiting = decision
+            if may_go_on:
+                self._segmenter.expect_rest()
         else:
             self._waiting = None
             yield from self._report(decision, decided)
@@ -215,3 +221,7 @@ def _words(decision: Decision) -> int:
     heard = decision.hypothesis
     is_begun = not decision.accepted and heard.rival is not None and heard.rival.is_begun
     return len((heard.rival.text if heard.rival and is_begun else heard.text).split())
+
+
+def _score(decision: Decision) -> float:
+    return decision.hypothesis.features.get(SCORE, -math.inf)

@@ -179,7 +179,7 @@ PENALTY_JUST_AFTER = 1.5
 LONGEST_PHONE = int(0.15 * SAMPLE_RATE / MOMENT)
 """Moments for each phone, in the mean, of a name within which nobody pauses."""
 
-STRETCHED = 1.5
+MIN_LEAD_OF_LONG = 1.5
 """Log-odds by which a name that takes longer must be ahead of one that does not. If it is not, its
 last phones were found in the command behind it, which would lose the words before them."""
 
@@ -263,7 +263,7 @@ class NameFinder:
         if _moments(earliest_end) < longest < found.end:
             heard = log_ratios[:longest], before[:longest], (behind + too_early)[:longest]
             short = find_evidence(*heard, self._name)
-            place = short if short.log_odds(self._weights) > log_odds - STRETCHED else found
+            place = short if short.log_odds(self._weights) > log_odds - MIN_LEAD_OF_LONG else found
         seconds = MOMENT / SAMPLE_RATE
         against = CONTEXT_WEIGHT * found.around
         return NameMatch(log_odds, place.begin * seconds, place.end * seconds, against)

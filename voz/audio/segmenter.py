@@ -202,7 +202,7 @@ class Segmenter:
             loud=max(BEGIN_FRAMES, sum(self._stood)),
             least_high=background[1] + BEGIN_ABOVE,
         )
-        self._began_above, self._rest_expected = background, False
+        self._began_above = background
         self._standing = 0
         self._stood.clear()
 
@@ -264,7 +264,7 @@ class Segmenter:
     def _end(self, at: int) -> None:
         self._last_end = at
         self._open = None
-        self._quiet_reported = False
+        self._quiet_reported = self._rest_expected = False
 
     def _segment(self, now: OpenSegment, end: int) -> Segment:
         return now.segment(end, self._heard, self._kept, self._kept_from, self._before)

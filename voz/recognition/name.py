@@ -257,11 +257,12 @@ class NameFinder:
         before, behind = costs_around(likelihoods, alone)
         too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
         log_ratios = english_phones(likelihoods.log_ratios)
-        found = find_evidence(log_ratios, before, behind + too_early, self._name)
+        ends = behind + too_early
+        found = find_evidence(log_ratios, before, ends, self._name)
         log_odds, place = found.log_odds(self._weights), found
         longest = found.begin + LONGEST_PHONE * len(found.phones)
         if _moments(earliest_end) < longest < found.end:
-            heard = log_ratios[:longest], before[:longest], (behind + too_early)[:longest]
+            heard = log_ratios[:longest], before[:longest], ends[:longest]
             short = find_evidence(*heard, self._name)
             place = short if short.log_odds(self._weights) > log_odds - MIN_LEAD_OF_LONG else found
         seconds = MOMENT / SAMPLE_RATE

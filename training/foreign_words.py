@@ -218,7 +218,7 @@ def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
         letter = KOKORO_NATIVES.get(phrase.text.language, "none")
         natives = [voice for voice in engine.voices if voice.startswith(letter)]
         voice = rng.choice(natives if natives and rng.random() < NATIVE_SHARE else engine.voices)
-        sound = engine.read(f"{phrase.stressed}.", voice, rng.uniform(*KOKORO_SPEEDS))
+        sound = engine.read(f"{phrase.stressed}.", [voice], rng.uniform(*KOKORO_SPEEDS))
         return f"Kokoro-{voice}", sound, RATE
 
     return read

@@ -8,6 +8,7 @@ npm's `kokoro-js` the voices.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -55,14 +56,17 @@ class Kokoro:
         }
         self.voices = [*self._styles]
 
-    def read(self, phones: str, voice: str, speed: float) -> Sound:
-        """Read phones of the IPA with their stress; 1 is the usual speed. Returns 24 kHz."""
+    def read(self, phones: str, voices: Sequence[str], speed: float) -> Sound:
+        """Read phones of the IPA with their stress, by the mean of voices, 24 kHz.
+
+        1 is the usual speed.
+        """
         for pair, letter in LETTERS.items():
             phones = phones.replace(pair, letter)
         numbers = [self._numbers[sign] for sign in phones if sign in self._numbers]
         given = {
             "tokens": np.array([[0, *numbers, 0]], np.int64),
-            "style": self._styles[voice][len(numbers)][None],
+            "style": np.mean([self._styles[v][len(numbers)] for v in voices], axis=0)[None],
             "speed": np.array([speed], np.float32),
         }
         sound: Sound = self._session.run(None, given)[0]

@@ -27,7 +27,7 @@ MIN_LOG_PROB = -30.0
 RIVALS = 4
 """Sequences of phones near to that of a clip that the student must find less likely."""
 
-MMI_WEIGHT = 0.1
+MMI_WEIGHT = 0.2
 """Weight of how likely it finds them, beside the known phones."""
 
 MMI_TEMPERATURE = 2.0

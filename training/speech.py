@@ -45,6 +45,7 @@ class Clip:
         phones: CMUdict's, without stress, or in other languages than English those of
             `ipa_phones.tsv`, as they are said; None where they are not known.
         language: what is spoken.
+        is_exact: whether a voice was given exactly these phones.
     """
 
     path: Path
@@ -52,6 +53,7 @@ class Clip:
     seconds: float
     phones: tuple[str, ...] | None
     language: str = ENGLISH
+    is_exact: bool = False
 
     @property
     def is_held_back(self) -> bool:
@@ -98,7 +100,8 @@ def load_pools(folders: Iterable[Path]) -> tuple[Pool, list[Clip]]:
 
     Args:
         folders: each with a `manifest.tsv` that has the columns path, speaker and seconds, and may
-            have phones (with spaces), text, language, and kind: `noise` is no speech.
+            have phones (with spaces), text, language, kind: `noise` is no speech, and exact, not
+            empty where a voice was given exactly these phones.
 
     Returns:
         What is learned from, and the clips of the speakers who are held back.
@@ -125,7 +128,10 @@ def _clip(folder: Path, row: Mapping[str, str], cmudict: bytes) -> Clip:
     else:
         phones = with_symbols(phones)
     known = phones if phones and sounds_of(language).keys() >= {*phones} else None
-    return Clip(folder / row["path"], row["speaker"], float(row["seconds"]), known, language)
+    is_exact = bool(row.get("exact"))
+    return Clip(
+        folder / row["path"], row["speaker"], float(row["seconds"]), known, language, is_exact
+    )
 
 
 def sounds_of(language: str) -> Mapping[str, Sequence[str]]:

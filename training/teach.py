@@ -62,8 +62,9 @@ silence around them hears nothing in a stretch that begins with a word."""
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
 
-OTHER_TRUST = 0.2
-"""How much the teacher, who was taught English, counts where phones of others are known."""
+LITTLE_TRUST = 0.2
+"""How much the teacher counts where it knows less than the labels: phones of other languages, and
+what a voice was given to read."""
 
 AHEAD = 4
 """Batches that each worker mixes before they are needed."""
@@ -79,6 +80,7 @@ class Batch:
         labels: the phones of each whole clip, where they are known.
         starts: the moment at which the stretch of each clip begins.
         language: what is spoken.
+        trust: how much the teacher counts where the phones are known, from 0 to 1.
     """
 
     clean: Tensor
@@ -86,6 +88,7 @@ class Batch:
     labels: Labels
     starts: Sequence[int]
     language: str
+    trust: float
 
 
 def teach(
@@ -247,8 +250,7 @@ class Run:
         heard = self.student(batch.noisy.to(self.device))
         said, labels = self.taught(batch, heard.shape[1])
         phones = self.phones[batch.language]
-        trust = 1.0 if batch.language == ENGLISH else OTHER_TRUST
-        parts = loss_of(heard, said, labels, phones, rng, most_trust=trust)
+        parts = loss_of(heard, said, labels, phones, rng, most_trust=batch.trust)
         self.optimizer.zero_grad()
         (parts[0] + parts[1]).backward()
         torch.nn.utils.clip_grad_norm_(self.student.parameters(), LARGEST_GRADIENT)
@@ -369,7 +371,9 @@ def make_batch(pool: Pool, size: int, rng: Generator) -> Batch:
         for clip, start in zip(noisy, starts, strict=True)
     ]
     sounds = torch.tensor(np.array(clean)), torch.tensor(np.array(stretches))
-    return Batch(*sounds, labels, starts, clips[0].language)
+    is_known = clips[0].language == ENGLISH and not clips[0].is_exact
+    trust = 1.0 if is_known else LITTLE_TRUST
+    return Batch(*sounds, labels, starts, clips[0].language, trust)
 
 
 def with_silence(sound: Sound, rng: Generator) -> Sound:

@@ -98,11 +98,12 @@ def main(
             voices, speed = voices_for(engine.voices, rng), rng.uniform(*SPEEDS)
             for phrase in group:
                 path = out / "clips" / f"{number:05}.flac"
-                letters, text, phones = (
-                    " ".join(word[field] for word in phrase)
-                    for field in map(Word._fields.index, ("letters", "text", "phones"))
-                )
+                letters = " ".join(word.letters for word in phrase)
                 seconds = write(path, engine.read(f"{letters}.", voices, speed), RATE)
+                if not seconds:
+                    continue
+                text = " ".join(word.text for word in phrase)
+                phones = " ".join(word.phones for word in phrase)
                 speaker = "Kokoro-" + "+".join(voices)
                 row = (path.relative_to(out), text, phones, "yes", speaker, f"{seconds:.2f}")
                 table.writerow(row)

@@ -20,6 +20,7 @@ from synthesize import common_words
 from voz.cli.text_io import with_bar
 from voz.language.espeak import written_by_espeak
 from voz.language.pronunciation import read_cmudict
+from voz.language.sentences.text_lines import content_lines
 from voz.language.word_neighbors import Rivals, find_rivals
 
 WORDS = 6000
@@ -86,7 +87,8 @@ def main(
     words = readable(common_words(WORDS))
     rivals = find_rivals({word.text: {word.phones} for word in words}, read_cmudict())
     if commands:
-        listed = [line.split() for line in commands.read_text(encoding="utf-8").splitlines()]
+        lines = content_lines(commands.read_bytes(), str(commands))
+        listed = [line.split() for _, line in lines]
         groups = otherwise(listed, words, rivals, clips, rng)
     else:
         groups = phrases(words, rivals, clips, rng)
@@ -148,14 +150,17 @@ def phrases(
     }
     paired = [word for word in words if near[word]]
     found: list[tuple[Phrase, ...]] = []
-    while sum(map(len, found)) < clips:
+    count = 0
+    while count < clips:
         phrase = rng.choices(words, k=rng.choice(LENGTHS))
         if rng.random() >= PAIRS:
             found.append((phrase,))
+            count += 1
             continue
         place = rng.randrange(len(phrase))
         phrase[place] = rng.choice(paired)
         found.append((phrase, with_word(phrase, place, rng.choice(near[phrase[place]]))))
+        count += 2
     return found
 
 
@@ -168,18 +173,17 @@ def otherwise(
 ) -> list[tuple[Phrase]]:
     """Choose commands, so many in all, each with one word replaced by a short one.
 
-    That is neither in the list nor one phone away from a word of it: the list's neighbors are not
-    taught.
+    That sounds like no word of the list, nor is it one phone away from one: neither the commands
+    nor their neighbors are taught.
     """
     known = {word.text: word for word in words}
     own = {word for command in commands for word in command}
     near = {said for word in own for said in rivals.get(word, ())}
+    near |= {known[word].phones for word in own & known.keys()}
     others = [
         word
         for word in words
-        if word.text not in own
-        and word.phones not in near
-        and len(word.phones.split()) <= MOST_PHONES
+        if word.phones not in near and len(word.phones.split()) <= MOST_PHONES
     ]
     usable = [command for command in commands if len(command) > 1 and known.keys() >= {*command}]
     found = []

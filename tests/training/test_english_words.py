@@ -34,10 +34,7 @@ def rivals() -> Rivals:
 
 def test_a_word_is_read_with_its_stress(english_words: ModuleType) -> None:
     words = english_words.readable({"mother": PHONES["mother"], "remote": "R IH M OW T"})
-    assert [word.letters for word in words] == [
-        "m\u02c8\u028c\u00f0\u0259\u0279",
-        "\u0279\u026am\u02c8Ot",
-    ]
+    assert [word.letters for word in words] == ["mˈʌðəɹ", "ɹɪmˈOt"]  # noqa: RUF001
 
 
 def test_a_pair_differs_in_one_word_by_one_phone(english_words: ModuleType) -> None:
@@ -56,7 +53,7 @@ def test_a_pair_differs_in_one_word_by_one_phone(english_words: ModuleType) -> N
 def test_commands_are_read_with_another_word_and_never_a_neighbor(
     english_words: ModuleType,
 ) -> None:
-    words = english_words.readable(PHONES)
+    words = english_words.readable(PHONES | {"tern": PHONES["turn"]})
     groups = english_words.otherwise([["turn", "left"]], words, rivals(), 200, random.Random(1))
     read = {" ".join(word.text for word in phrase) for (phrase,) in groups}
     assert read == {"table left", "mother left", "turn table", "turn mother"}

@@ -537,7 +537,8 @@ def test_what_its_work_raises_loses_it_and_it_is_stopped(make: Callable[[], Robo
 def test_what_its_work_raised_does_not_grow_as_it_is_raised_again_and_again() -> None:
     robot = here_too()
     robot.open()
-    robot.receive(Reply(0.0, "the gripper is jammed"))
+    with suppress(OSError):  # it may have failed before this returns
+        robot.receive(Reply(0.0, "the gripper is jammed"))
 
     def frames() -> int:
         try:

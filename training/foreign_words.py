@@ -1,4 +1,4 @@
-"""Words and phrases of other languages by synthetic voices, with their phones, to learn from.
+"""Phrases of other languages by synthetic voices, half in pairs one phone apart, to learn from.
 
     python training/foreign_words.py OUT --engine espeak
 
@@ -12,7 +12,8 @@ import csv
 import random
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from enum import Enum
 from itertools import cycle, islice
 from pathlib import Path
@@ -23,6 +24,7 @@ import soundfile
 import soxr
 import typer
 from noises import Sound
+from phrases import choose_phrases, one_phone_apart
 from wordfreq import top_n_list
 
 from voz.audio import SAMPLE_RATE
@@ -38,9 +40,6 @@ ACCENTS = {language: accents_of(language) for language in SHARES} | {"pt": ("pt"
 
 COMMON_WORDS = 8000
 """Words of a language that are read."""
-
-LENGTHS = (1, 1, 1, 2, 2, 3, 4)
-"""Words in a phrase."""
 
 PEAK = 0.5
 
@@ -122,54 +121,65 @@ def main(
     languages = [*(PICO_VOICES if engine is Engine.PICO else ACCENTS)]
     read = reader(engine, kokoro, kept_aside)
     chosen = listed(texts, clips) if texts else common(languages, clips, rng)
+    is_exact = "" if engine is Engine.PICO else "yes"  # Pico has rules of its own
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
-        table.writerow(("path", *Text._fields, "phones", "speaker", "seconds"))
-        for number, phrase in enumerate(with_bar(pronounced(chosen, rng), "Reading")):
-            voice, sound, rate = read(phrase, rng)
-            path = out / "clips" / f"{number:05}.flac"
-            seconds = write(path, sound, rate)
-            if seconds:
-                row = (*phrase.text, phrase.phones, voice, f"{seconds:.2f}")
-                table.writerow((path.relative_to(out), *row))
-                file.flush()
+        table.writerow(("path", *Text._fields, "phones", "exact", "speaker", "seconds"))
+        number = 0
+        for group in with_bar(pronounced(chosen, rng), "Reading"):
+            same = rng.random()
+            for phrase in group:
+                voice, sound, rate = read(phrase, random.Random(same))
+                path = out / "clips" / f"{number:05}.flac"
+                seconds = write(path, sound, rate)
+                if seconds:
+                    row = (*phrase.text, phrase.phones, is_exact, voice, f"{seconds:.2f}")
+                    table.writerow((path.relative_to(out), *row))
+                    number += 1
+            file.flush()
 
 
-def listed(path: Path, count: int) -> list[Text]:
+def listed(path: Path, count: int) -> list[Sequence[Text]]:
     """So many texts of a file, from the first one on and over again."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = [Text(**row) for row in csv.DictReader(file, delimiter="\t")]
-    return [*islice(cycle(rows), count)]
+    return [(text,) for text in islice(cycle(rows), count)]
 
 
-def common(languages: list[str], count: int, rng: random.Random) -> list[Text]:
-    """Choose so many phrases of common words."""
-    words = {
-        language: [word for word in top_n_list(language, COMMON_WORDS) if word.isalpha()]
-        for language in languages
-    }
+def common(languages: list[str], count: int, rng: random.Random) -> list[Sequence[Text]]:
+    """Choose about so many phrases of common words; those of a pair stand together."""
     drawn = rng.choices(languages, [SHARES[language] for language in languages], k=count)
-    return [
-        Text(language, " ".join(rng.choices(words[language], k=rng.choice(LENGTHS))), "words")
-        for language in drawn
-    ]
+    found: list[Sequence[Text]] = []
+    for language, own in Counter(drawn).items():
+        words = [word for word in top_n_list(language, COMMON_WORDS) if word.isalpha()]
+        written = written_by_espeak(words, ACCENTS[language][0])
+        phones = {w: parse_phones(line) for w, line in zip(words, written, strict=True)}
+        for group in choose_phrases(one_phone_apart(phones), own, rng):
+            found.append([Text(language, " ".join(phrase), "words") for phrase in group])
+    return found
 
 
-def pronounced(texts: list[Text], rng: random.Random) -> list[Phrase]:
-    """Have espeak-ng tell the phones of texts; what it has an unknown phone for is left out."""
-    by_accent: dict[str, list[Text]] = {}
-    for text in texts:
-        by_accent.setdefault(rng.choice(ACCENTS[text.language]), []).append(text)
+def pronounced(groups: list[Sequence[Text]], rng: random.Random) -> list[list[Phrase]]:
+    """Have espeak-ng tell the phones of texts, those of a group in one accent.
+
+    What it has an unknown phone for is left out.
+    """
+    by_accent: dict[str, list[Sequence[Text]]] = {}
+    for group in groups:
+        by_accent.setdefault(rng.choice(ACCENTS[group[0].language]), []).append(group)
     found = []
     for accent, own in by_accent.items():
-        written = written_by_espeak([each.text for each in own], accent)
-        found += [
-            Phrase(text, accent, " ".join(parse_phones(line)), line.replace("_", ""))
-            for text, line in zip(own, written, strict=True)
-            if known_phones().issuperset(parse_phones(line))
-        ]
+        lines = iter(written_by_espeak([each.text for group in own for each in group], accent))
+        for group in own:
+            phrases = [spoken(text, accent, next(lines)) for text in group]
+            found.append([p for p in phrases if known_phones().issuperset(p.phones.split())])
     rng.shuffle(found)
     return found
+
+
+def spoken(text: Text, accent: str, written: str) -> Phrase:
+    """A text with its phones, by what espeak-ng has written."""
+    return Phrase(text, accent, " ".join(parse_phones(written)), written.replace("_", ""))
 
 
 def reader(engine: Engine, kokoro: Path, kept_aside: bool) -> Reader:
@@ -210,16 +220,17 @@ def pico_reader() -> Reader:
 
 def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
     """Reads by Kokoro's voices, by those of the language more often."""
-    from kokoro import RATE, Kokoro  # as above
+    from kokoro import RATE, Kokoro, choose_voices, speaker_of  # as above
 
     engine = Kokoro(folder, kept_aside=kept_aside)
 
     def read(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]:
-        letter = KOKORO_NATIVES.get(phrase.text.language, "none")
-        natives = [voice for voice in engine.voices if voice.startswith(letter)]
-        voice = rng.choice(natives if natives and rng.random() < NATIVE_SHARE else engine.voices)
-        sound = engine.read(f"{phrase.stressed}.", [voice], rng.uniform(*KOKORO_SPEEDS))
-        return f"Kokoro-{voice}", sound, RATE
+        letter = KOKORO_NATIVES.get(phrase.text.language, "")
+        voices = choose_voices(engine.voices, letter, NATIVE_SHARE, rng)
+        if kept_aside:
+            voices = voices[:1]  # a mixture would not be anybody's
+        sound = engine.read(f"{phrase.stressed}.", voices, rng.uniform(*KOKORO_SPEEDS))
+        return speaker_of(voices), sound, RATE
 
     return read
 

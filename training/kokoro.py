@@ -8,6 +8,7 @@ npm's `kokoro-js` the voices.
 from __future__ import annotations
 
 import json
+import random
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +23,9 @@ STYLES, STYLE_SIZE = 510, 256
 
 LETTERS = {"tʃ": "ʧ", "dʒ": "ʤ", "ts": "ʦ", "dz": "ʣ"}
 """What the vocabulary writes in one letter."""
+
+MIXED = 0.3
+"""How often two voices are mixed."""
 
 KEPT_ASIDE = frozenset(
     f"{kind}_{name}"
@@ -71,3 +75,25 @@ class Kokoro:
         }
         sound: Sound = self._session.run(None, given)[0]
         return sound
+
+
+def choose_voices(
+    voices: Sequence[str], letters: str, native_share: float, rng: random.Random
+) -> list[str]:
+    """Choose a voice, or two to be mixed.
+
+    Args:
+        voices: of which.
+        letters: with one of these the names of the voices of the language begin.
+        native_share: how often a voice is one of those.
+        rng: of the choice.
+    """
+    natives = [voice for voice in voices if voice[0] in letters] or voices
+    if rng.random() < MIXED:
+        return sorted({rng.choice(natives), rng.choice(voices)})
+    return [rng.choice(natives if rng.random() < native_share else voices)]
+
+
+def speaker_of(voices: Sequence[str]) -> str:
+    """Name who speaks as the recordings do that were there before: `kokoroX` if not English."""
+    return "+".join(f"kokoro{'' if voice[0] in 'ab' else 'X'}-{voice}" for voice in voices)

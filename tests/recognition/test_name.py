@@ -259,6 +259,20 @@ def test_a_doubtful_name_is_found_where_it_is_in_a_long_sound(
     assert 4.2 < found.begin < found.end < 5.3
 
 
+def test_a_doubtful_name_with_nothing_behind_it_is_not_looked_for_again(
+    network: PhonemeScorer, finder: NameFinder
+) -> None:
+    samples = said(NAME, 9, 38)
+    sounds = network.phone_likelihoods(samples)
+    found = finder.find(samples, sounds)
+    assert finder.find_alone(samples, sounds, 1.0, found, 0.4) is found
+    talk = said(f"{NAME} makers have sold a million of them")
+    sounds = network.phone_likelihoods(talk)
+    found = finder.find(talk, sounds)
+    alone = finder.find_alone(talk, sounds, 1.0, found, 0.4)
+    assert alone == finder.find(talk, sounds, 1.0, alone=True) != found
+
+
 @pytest.mark.parametrize("speed", [0.89, 1.12])
 def test_sound_at_another_speed_is_higher_and_shorter_by_as_much(speed: float) -> None:
     tone = np.sin(2 * np.pi * 500 * np.arange(SAMPLE_RATE) / SAMPLE_RATE)

@@ -130,7 +130,7 @@ class NetworkFinder:
         offset = name.end if name else _earliest_begin(segment)
         heard = self._heard_from(offset, likelihoods, proposed, answers)
         if name and (heard.ranking is None or not heard.ranking.score >= MIN_SCORE_AFTER_NAME):
-            if alone := self._find_name(segment, likelihoods, alone=True):
+            if alone := self._find_name(segment, likelihoods, within=name):
                 return self._name_alone(segment, alone)
             name, offset = None, _earliest_begin(segment)
             proposed = self._proposed(segment)
@@ -180,14 +180,22 @@ class NetworkFinder:
         return self._network.phone_likelihoods(segment.with_surroundings)
 
     def _find_name(
-        self, segment: Segment, likelihoods: PhoneLikelihoods, alone: bool = False
+        self, segment: Segment, likelihoods: PhoneLikelihoods, within: NameMatch | None = None
     ) -> NameMatch | None:
-        """Where the robot's name was said; None if it was not."""
+        """Where the robot's name was said; None if it was not.
+
+        `within` is what was found so, and turns out to have no command behind it.
+        """
         if self._name_finder is None:
             return None
-        pause = 0 if alone else MAX_PAUSE_SAMPLES
-        earliest_end = max(0, len(segment.before) - pause) / SAMPLE_RATE
-        found = self._name_finder.find(segment.with_surroundings, likelihoods, earliest_end, alone)
+        samples = segment.with_surroundings
+        earlier, begins = (
+            max(0, len(segment.before) - pause) / SAMPLE_RATE for pause in (MAX_PAUSE_SAMPLES, 0)
+        )
+        if within:
+            found = self._name_finder.find_alone(samples, likelihoods, begins, within, earlier)
+        else:
+            found = self._name_finder.find(samples, likelihoods, earlier)
         return found if found.confidence >= NAME_THRESHOLD else None
 
     def _heard_from(

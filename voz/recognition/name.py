@@ -238,6 +238,24 @@ class NameFinder:
         by_network = mean_odds([match.log_odds for match in matches])
         return surest._replace(log_odds=by_network + self.by_pocketsphinx(samples, match))
 
+    def find_alone(
+        self,
+        samples: Samples,
+        likelihoods: PhoneLikelihoods,
+        earliest_end: float,
+        found: NameMatch,
+        found_from: float,
+    ) -> NameMatch:
+        """Find the name with nothing said just after it, knowing what `find` has found.
+
+        Where that has nothing behind it, it is not looked for again: a doubtful name takes long.
+        `found_from` was its earliest end.
+        """
+        alone = self.best(likelihoods, earliest_end, alone=True)
+        if alone == self.best(likelihoods, found_from):
+            return found
+        return self.find(samples, likelihoods, earliest_end, alone=True)
+
     def by_pocketsphinx(self, samples: Samples, match: NameMatch) -> float:
         """The log-odds that pocketsphinx adds to those of a doubtful name.
 

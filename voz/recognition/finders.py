@@ -241,7 +241,8 @@ class NetworkFinder:
         if said is None or not said.slots or self._is_never_missed(ranking.text):
             return None
         found = heard.found or self._searched(heard.likelihoods)
-        begun = Begun(*found.best_begun(said.text)) if found else None
+        best = ranking.matches[ranking.text]
+        begun = _begun(found, said.text, best.score) if found else None
         return find_rival(ranking, self._commands.parse, begun)
 
     def _own_word_probability(self, heard: _Compared, ranking: Ranking) -> float:
@@ -319,6 +320,15 @@ class NetworkFinder:
             word: alone.matches[word].score / self._network.count_phones(word) for word in words
         }
         return refusal_by_network(ranking, self._network.count_phones(ranking.text), fits.values())
+
+
+def _begun(found: FoundSentences, text: str, score: float) -> Begun:
+    """The likeliest words that begin another sentence than the best, or it if it was not whole."""
+    if score < 0:
+        of_itself = Begun(*found.best_begun(text, itself=True))
+        if of_itself.score > 0:
+            return of_itself
+    return Begun(*found.best_begun(text))
 
 
 def _earliest_begin(segment: Segment) -> float:

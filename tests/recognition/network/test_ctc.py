@@ -203,19 +203,25 @@ def test_it_finds_what_fits_best_of_all(sentences: list[str], moments: int, seed
         assert max(own) == pytest.approx(scores.max())
 
 
-@given(sentences=SEARCHED, moments=st.integers(1, 25), seed=st.integers(0, 1000))
-def test_it_finds_the_beginning_of_another_that_fits_best(
-    sentences: list[str], moments: int, seed: int
+@given(
+    sentences=SEARCHED,
+    moments=st.integers(1, 25),
+    seed=st.integers(0, 1000),
+    itself=st.booleans(),
+)
+def test_it_finds_the_beginning_that_fits_best(
+    sentences: list[str], moments: int, seed: int, itself: bool
 ) -> None:
     random = np.random.default_rng(seed)
     log_ratios = np.log(random.random((moments, NO_PHONE + 1)) + 1e-3)
     before, behind = random.uniform(0, 3, (2, moments))
     automaton = minimized_tree(sentences)
     found = searched(sentences).search(log_ratios, before, behind)
-    text, score = found.best_begun(sentences[0])
+    text, score = found.best_begun(sentences[0], itself=itself)
 
     said = sentences[0].split()
     through = {automaton.walk(said[:count]) for count in range(len(said) + 1)}
+    through = {automaton.walk(said)} if itself else through
     begun = {
         " ".join(words)
         for sentence in sentences

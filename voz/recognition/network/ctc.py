@@ -313,13 +313,16 @@ class SentenceSearch:
         """The words with which the sentences of a label end."""
         return np.flatnonzero(self._labels == label)
 
-    def words_beside(self, sentence: str) -> Places:
-        """The words that lead to a state through which a sentence does not go."""
+    def words_beside(self, sentence: str, *, itself: bool = False) -> Places:
+        """The words that lead to a state through which a sentence does not go.
+
+        With `itself` those that lead to any state but its last.
+        """
         through = [0]
         for word in sentence.split():
             through.append(self._arcs[through[-1]][word])
         ends = np.array([word.end for word in self._words])
-        return np.flatnonzero(~np.isin(ends, through))
+        return np.flatnonzero(~np.isin(ends, through[-1:] if itself else through))
 
     def _ways_into(self, state: int) -> slice:
         following = [*self._first_ways[state:], len(self._words)]
@@ -340,12 +343,12 @@ class FoundSentences:
         """The sentence that fits best; empty if the sound has fewer moments than any has phones."""
         return self._best_of(self._search.final)[0]
 
-    def best_begun(self, sentence: str) -> tuple[str, float]:
+    def best_begun(self, sentence: str, *, itself: bool = False) -> tuple[str, float]:
         """The words that fit best of all with which another sentence begins, and their score.
 
-        Not those after which that one and this go on alike.
+        Those after which that one and this go on alike only with `itself`.
         """
-        return self._best_of(self._search.words_beside(sentence))
+        return self._best_of(self._search.words_beside(sentence, itself=itself))
 
     def best_score(self, label: int) -> float:
         """The score of the best sentence of a label, nats."""

@@ -108,7 +108,7 @@ def test_a_command_said_into_a_reply_that_is_known_is_heard_at_once(
     recognizer: Recognizer, recordings: list[Recording]
 ) -> None:
     samples = spoken(recordings, "go forward", "turn left")
-    reply = np.roll(spoken(recordings, "fold arm", "point beer") / 32768, 3000)
+    reply = np.roll(spoken(recordings, "fold arm", "point beer") / 32768, 6000)
     reply = np.resize(reply, len(samples))
     mixed = (samples + 0.3 * 32768 * reply).astype(np.int16)
     ignored: list[str] = []

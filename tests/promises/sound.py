@@ -31,8 +31,8 @@ def speech(text: str) -> Samples:
     if text == UNSURE:  # somebody else says another command at the same time
         one, other = speech("go forward"), speech("go back")
         both = np.zeros(max(len(one), len(other)))
-        both[: len(one)] += 0.41 * one
-        both[: len(other)] += 0.59 * other
+        both[: len(one)] += 0.44 * one
+        both[: len(other)] += 0.56 * other
         return both.astype(np.int16)
     return spoken(text, "cmu_us_slt_arctic_hts")
 

@@ -338,17 +338,19 @@ def test_an_order_of_which_only_the_beginning_is_heard_is_not_obeyed_as_another(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", ["fifteen", "fifty"])
+@pytest.mark.parametrize(
+    ("angle", "some", "much"), [("fifteen", -8, (-6, -3)), ("eighty", -6, (-3, -1))]
+)
 def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
-    angle: str, turning: Recognizer
+    angle: str, some: float, much: tuple[float, ...], turning: Recognizer
 ) -> None:
     text = f"turn left {angle} degrees"
     clear = turning.decode(said(text, -40), SAMPLE_RATE)[-1]
     assert (clear.text, clear.accepted) == (text, True)
-    noisy = turning.decode(said(text, -9), SAMPLE_RATE)[-1]
+    noisy = turning.decode(said(text, some), SAMPLE_RATE)[-1]
     assert (noisy.text, noisy.accepted) == (text, True)
     assert noisy.confidence < min(0.98, clear.confidence)  # as the other is near
-    for noise in (-6, -3):
+    for noise in much:
         heard = turning.decode(said(text, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted
         assert heard.reason == "unsure_between"

@@ -245,7 +245,7 @@ def test_a_part_of_a_command_is_told_from_what_is_none(
         (segment,) = segments([clip.samples()])
         return understood(network_finder, segment).why_refused()[0]
 
-    assert [why(text) for text in ("turn", "point", "right")] == ["part_of_a_command"] * 3
+    assert [why(text) for text in ("turn", "rotate", "right")] == ["part_of_a_command"] * 3
     assert why("good morning everyone") == "not_a_command"
 
 

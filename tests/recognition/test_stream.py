@@ -99,9 +99,9 @@ def test_only_what_may_be_added_to_waits_for_more(barista: Recognizer) -> None:
 
 
 def test_half_an_order_is_not_obeyed_if_its_rest_is_in_doubt(tmp_path: Path) -> None:
-    listed = LIST.replace("brown sugar | almond milk", "pear | bear | care")
+    listed = LIST.replace("brown sugar | almond milk", "beer | deer | gear")
     unsure = recognizer_of(listed, tmp_path)
-    [order] = heard(unsure, stream("make me mocha", BREATH, "with dare"))
+    [order] = heard(unsure, stream("make me mocha", BREATH, "with near"))
     assert (order.accepted, order.reason) == (False, "unsure_between")
 
 

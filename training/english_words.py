@@ -11,12 +11,13 @@ from __future__ import annotations
 import csv
 import random
 from collections.abc import Collection, Mapping, Sequence
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
 from phrases import choose_phrases, one_phone_apart, with_word
-from synthesize import common_words
+from synthesize import common_words, usual_phones
 
 from voz.cli.text_io import with_bar
 from voz.language.espeak import written_by_espeak
@@ -60,6 +61,10 @@ def main(
             "so that one word does not tell the rest.",
         ),
     ] = None,
+    texts: Annotated[
+        Path | None,
+        typer.Option(help="Columns text and kind: read to score, by voices that teach nothing."),
+    ] = None,
     clips: Annotated[int, typer.Option(min=1, help="How many recordings.")] = 2000,
     seed: Annotated[int, typer.Option(help="Of the choice of words and voices.")] = 1,
 ) -> None:
@@ -72,33 +77,47 @@ def main(
 
     (out / "clips").mkdir(parents=True, exist_ok=True)
     rng = random.Random(seed)
-    engine = Kokoro(kokoro)
-    words = readable(common_words(WORDS))
+    engine = Kokoro(kokoro, kept_aside=texts is not None)
+    kinds = kinds_of(texts) if texts else {}
+    own = [text.split() for text in kinds]
+    listed = {word for phrase in own for word in phrase}
+    words = readable(usual_phones(listed) if texts else common_words(WORDS))
     near = one_phone_apart({text: word.phones.split() for text, word in words.items()})
-    if commands:
+    groups: Sequence[Sequence[Sequence[str]]]
+    if texts:
+        groups = [(phrase,) for phrase in islice(cycle(own), clips) if words.keys() >= {*phrase}]
+    elif commands:
         lines = content_lines(commands.read_bytes(), str(commands))
-        listed = [line.split() for _, line in lines]
-        groups = otherwise(listed, words, near, clips, rng)
+        groups = otherwise([line.split() for _, line in lines], words, near, clips, rng)
     else:
         groups = choose_phrases(near, clips, rng)
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
-        table.writerow(("path", "text", "phones", "exact", "speaker", "seconds"))
-        number = 0
-        for group in with_bar(groups, "Reading"):
-            voices = choose_voices(engine.voices, "ab", ENGLISH, rng)
+        table.writerow(("path", "text", "kind", "phones", "exact", "speaker", "seconds"))
+        for number, group in enumerate(with_bar(groups, "Reading")):
+            mixed = choose_voices(engine.voices, "ab", ENGLISH, rng)
+            same = mixed[:1] if texts else mixed  # a mixture would not be anybody's
             speed = rng.uniform(*SPEEDS)
-            for phrase in group:
-                path = out / "clips" / f"{number:05}.flac"
-                letters = " ".join(words[word].letters for word in phrase)
-                seconds = write(path, engine.read(f"{letters}.", voices, speed), RATE)
-                if not seconds:
-                    continue
-                phones = " ".join(words[word].phones for word in phrase)
-                read = (" ".join(phrase), phones, "yes", speaker_of(voices), f"{seconds:.2f}")
-                table.writerow((path.relative_to(out), *read))
-                number += 1
+            for place, phrase in enumerate(group):
+                path = out / "clips" / f"{number:05}-{place}.flac"
+                text, letters, phones = read_as(phrase, words)
+                seconds = write(path, engine.read(f"{letters}.", same, speed), RATE)
+                if seconds:
+                    known = (text, kinds.get(text, "words"), phones, "yes", speaker_of(same))
+                    table.writerow((path.relative_to(out), *known, f"{seconds:.2f}"))
             file.flush()
+
+
+def read_as(phrase: Sequence[str], words: Mapping[str, Word]) -> tuple[str, str, str]:
+    """The text of a phrase, as Kokoro reads it, and its phones."""
+    letters = " ".join(words[word].letters for word in phrase)
+    return " ".join(phrase), letters, " ".join(words[word].phones for word in phrase)
+
+
+def kinds_of(path: Path) -> dict[str, str]:
+    """The texts of a table, each with its kind."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return {row["text"]: row["kind"] for row in csv.DictReader(file, delimiter="\t")}
 
 
 def readable(known: dict[str, str]) -> dict[str, Word]:

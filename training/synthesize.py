@@ -12,6 +12,7 @@ from __future__ import annotations
 import csv
 import random
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -141,9 +142,14 @@ def common_words(number: int) -> dict[str, str]:
     names = {line.split(b" ", 1)[0].decode() for line in cmudict.splitlines()}
     plain = sorted(name for name in names if name.isalpha() and (len(name) > 1 or name in "ai"))
     plain.sort(key=word_log_probability(), reverse=True)
-    return {
-        word: (look_up(cmudict, word) or find_anywhere(cmudict, word))[0] for word in plain[:number]
-    }
+    return usual_phones(plain[:number])
+
+
+def usual_phones(words: Iterable[str]) -> dict[str, str]:
+    """The usual phones of those words that the dictionary has."""
+    cmudict = read_cmudict()
+    found = {word: look_up(cmudict, word) or find_anywhere(cmudict, word) for word in words}
+    return {word: phones[0] for word, phones in found.items() if phones}
 
 
 def _speak(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -39,3 +40,22 @@ def test_commands_are_read_with_another_word_and_never_a_neighbor(
     groups = english_words.otherwise([["turn", "left"]], words, near, 200, random.Random(1))
     read = {" ".join(phrase) for (phrase,) in groups}
     assert read == {"table left", "mother left", "turn table", "turn mother"}
+
+
+def test_texts_to_score_are_read_as_the_dictionary_has_them(
+    english_words: ModuleType, tmp_path: Path
+) -> None:
+    table = tmp_path / "texts.tsv"
+    table.write_text(
+        "text\tkind\nturn left\tcommand\nburn left\tnear-miss\nrotate zzyzx\tcommand\n"
+    )
+    kinds = english_words.kinds_of(table)
+    assert kinds == {"turn left": "command", "burn left": "near-miss", "rotate zzyzx": "command"}
+    listed = {word for text in kinds for word in text.split()}
+    words = english_words.readable(english_words.usual_phones(listed))
+    assert words.keys() == {"turn", "burn", "left", "rotate"}  # as no dictionary has the other
+    assert english_words.read_as(["burn", "left"], words) == (
+        "burn left",
+        "bˈɜɹn lˈɛft",  # noqa: RUF001
+        "B ER N L EH F T",
+    )

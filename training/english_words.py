@@ -95,15 +95,14 @@ def main(
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
         table.writerow(("path", "text", "kind", "phones", "exact", "speaker", "seconds"))
         for number, group in enumerate(with_bar(groups, "Reading")):
-            mixed = choose_voices(engine.voices, "ab", ENGLISH, rng)
-            same = mixed[:1] if texts else mixed  # a mixture would not be anybody's
+            voices = choose_voices(engine.voices, "ab", ENGLISH, rng, mixed=texts is None)
             speed = rng.uniform(*SPEEDS)
             for place, phrase in enumerate(group):
                 path = out / "clips" / f"{number:05}-{place}.flac"
                 text, letters, phones = read_as(phrase, words)
-                seconds = write(path, engine.read(f"{letters}.", same, speed), RATE)
+                seconds = write(path, engine.read(f"{letters}.", voices, speed), RATE)
                 if seconds:
-                    known = (text, kinds.get(text, "words"), phones, "yes", speaker_of(same))
+                    known = (text, kinds.get(text, "words"), phones, "yes", speaker_of(voices))
                     table.writerow((path.relative_to(out), *known, f"{seconds:.2f}"))
             file.flush()
 

@@ -121,10 +121,9 @@ def main(
     languages = [*(PICO_VOICES if engine is Engine.PICO else ACCENTS)]
     read = reader(engine, kokoro, kept_aside)
     chosen = listed(texts, clips) if texts else common(languages, clips, rng)
-    is_exact = "" if engine is Engine.PICO else "yes"  # Pico has rules of its own
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
-        table.writerow(("path", *Text._fields, "phones", "exact", "speaker", "seconds"))
+        table.writerow(("path", *Text._fields, "phones", "speaker", "seconds"))
         number = 0
         for group in with_bar(pronounced(chosen, rng), "Reading"):
             same = rng.random()
@@ -133,7 +132,7 @@ def main(
                 path = out / "clips" / f"{number:05}.flac"
                 seconds = write(path, sound, rate)
                 if seconds:
-                    row = (*phrase.text, phrase.phones, is_exact, voice, f"{seconds:.2f}")
+                    row = (*phrase.text, phrase.phones, voice, f"{seconds:.2f}")
                     table.writerow((path.relative_to(out), *row))
                     number += 1
             file.flush()
@@ -226,9 +225,7 @@ def kokoro_reader(folder: Path, kept_aside: bool) -> Reader:
 
     def read(phrase: Phrase, rng: random.Random) -> tuple[str, Sound, int]:
         letter = KOKORO_NATIVES.get(phrase.text.language, "")
-        voices = choose_voices(engine.voices, letter, NATIVE_SHARE, rng)
-        if kept_aside:
-            voices = voices[:1]  # a mixture would not be anybody's
+        voices = choose_voices(engine.voices, letter, NATIVE_SHARE, rng, mixed=not kept_aside)
         sound = engine.read(f"{phrase.stressed}.", voices, rng.uniform(*KOKORO_SPEEDS))
         return speaker_of(voices), sound, RATE
 

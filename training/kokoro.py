@@ -78,7 +78,12 @@ class Kokoro:
 
 
 def choose_voices(
-    voices: Sequence[str], letters: str, native_share: float, rng: random.Random
+    voices: Sequence[str],
+    letters: str,
+    native_share: float,
+    rng: random.Random,
+    *,
+    mixed: bool,
 ) -> list[str]:
     """Choose a voice, or two to be mixed.
 
@@ -87,9 +92,10 @@ def choose_voices(
         letters: with one of these the names of the voices of the language begin.
         native_share: how often a voice is one of those.
         rng: of the choice.
+        mixed: whether two may be chosen; a mixture is nobody's voice.
     """
     natives = [voice for voice in voices if voice[0] in letters] or voices
-    if rng.random() < MIXED:
+    if mixed and rng.random() < MIXED:
         return sorted({rng.choice(natives), rng.choice(voices)})
     return [rng.choice(natives if rng.random() < native_share else voices)]
 

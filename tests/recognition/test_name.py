@@ -28,6 +28,7 @@ from voz.recognition.name import (
     LEAST_LOG_ODDS,
     LENGTH_LIMITS,
     MOST_AGAINST,
+    SPEEDS,
     SURE_LOG_ODDS,
     NameEvidence,
     NameFinder,
@@ -177,6 +178,21 @@ def test_a_name_amid_talk_of_which_the_network_is_not_sure_is_found_by_pocketsph
     assert at_one_speed.confidence < NAME_THRESHOLD
     by_network = found.log_odds - finder.by_pocketsphinx(samples, at_one_speed)
     assert sigmoid(by_network) < NAME_THRESHOLD
+
+
+def test_a_doubtful_name_that_one_speed_settles_is_not_heard_at_others_nor_by_pocketsphinx(
+    network: PhonemeScorer, finder: NameFinder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples = said(NAME, 6, 14)
+    sounds = network.phone_likelihoods(samples)
+    at_all = [finder.best(sounds).log_odds]
+    for speed in SPEEDS:
+        heard = network.phone_likelihoods(at_speed(samples, speed))
+        at_all.append(finder.best(heard).log_odds)
+    monkeypatch.setattr(finder, "by_pocketsphinx", None)
+    found = finder.find(samples, sounds)
+    assert sigmoid(found.log_odds - MOST_AGAINST) >= NAME_THRESHOLD
+    assert found.log_odds <= mean_odds(at_all) + 0.5  # of a shorter sound
 
 
 def test_other_words_that_the_network_takes_for_the_name_are_none(

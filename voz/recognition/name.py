@@ -32,6 +32,7 @@ from voz.recognition.network.score import (
 )
 from voz.recognition.network.symbols import read_phone_symbols
 from voz.recognition.pocketsphinx.decoder import KeyphraseScorer
+from voz.recognition.thresholds import NAME_THRESHOLD
 
 WEIGHTS_FILE = Path(__file__).with_name("name_weights.npz")
 
@@ -168,6 +169,10 @@ KEYPHRASE_WEIGHT = 0.25
 MOST_AGAINST = 0.5
 """Log-odds that a low score takes from a name at most: in loud noise all scores are low."""
 
+SETTLED_LOG_ODDS = SURE_LOG_ODDS + MOST_AGAINST + math.log(NAME_THRESHOLD / (1 - NAME_THRESHOLD))
+"""With more at any speed the name was said, whatever it has at others and by pocketsphinx, and
+these are not asked: that takes longer than a microphone waits on a slow computer."""
+
 JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_BEFORE = 3.0
 """Nats against a name for each phone in the moments before it: nobody speaks on with it."""
@@ -220,8 +225,8 @@ class NameFinder:
         """Find where the name fits best, and how surely it was said; samples of 16 kHz.
 
         In doubt the log-odds are those of the mean of its odds at several speeds, and how well it
-        fits by pocketsphinx is added. It ends at `earliest_end`, s, or later; `alone` says that
-        nothing is said just after it.
+        fits by pocketsphinx is added; where one speed settles it, they are at least that. It ends
+        at `earliest_end`, s, or later; `alone` says that nothing is said just after it.
         """
         match = self.best(likelihoods, earliest_end, alone)
         if not LEAST_LOG_ODDS < match.log_odds < SURE_LOG_ODDS:
@@ -234,7 +239,9 @@ class NameFinder:
             found = self.best(heard, earliest_end / speed, alone)
             begin, end = (start + speed * place for place in (found.begin, found.end))
             matches.append(NameMatch(found.log_odds, begin, end))
-        surest = max(matches, key=lambda match: match.log_odds)
+            surest = max(matches, key=lambda match: match.log_odds)
+            if surest.log_odds >= SETTLED_LOG_ODDS:
+                return surest._replace(log_odds=surest.log_odds - SURE_LOG_ODDS)
         by_network = mean_odds([match.log_odds for match in matches])
         return surest._replace(log_odds=by_network + self.by_pocketsphinx(samples, match))
 

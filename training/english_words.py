@@ -82,15 +82,14 @@ def main(
     own = [text.split() for text in kinds]
     listed = {word for phrase in own for word in phrase}
     words = readable(usual_phones(listed) if texts else common_words(WORDS))
-    near = one_phone_apart({text: word.phones.split() for text, word in words.items()})
     groups: Sequence[Sequence[Sequence[str]]]
     if texts:
         groups = [(phrase,) for phrase in islice(cycle(own), clips) if words.keys() >= {*phrase}]
     elif commands:
         lines = content_lines(commands.read_bytes(), str(commands))
-        groups = otherwise([line.split() for _, line in lines], words, near, clips, rng)
+        groups = otherwise([line.split() for _, line in lines], words, clips, rng)
     else:
-        groups = choose_phrases(near, clips, rng)
+        groups = choose_phrases(neighbors(words), clips, rng)
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")
         table.writerow(("path", "text", "kind", "phones", "exact", "speaker", "seconds"))
@@ -146,10 +145,14 @@ def read_aloud(spelled: Sequence[Mapping[str, str]], stressed: Sequence[bool]) -
     return letters
 
 
+def neighbors(words: Mapping[str, Word]) -> dict[str, list[str]]:
+    """The words that are one phone apart from each."""
+    return one_phone_apart({text: word.phones.split() for text, word in words.items()})
+
+
 def otherwise(
     commands: Collection[Sequence[str]],
     words: Mapping[str, Word],
-    near: Mapping[str, Sequence[str]],
     clips: int,
     rng: random.Random,
 ) -> list[tuple[Sequence[str], ...]]:
@@ -158,6 +161,7 @@ def otherwise(
     That sounds like no word of the list, nor is it one phone away from one: neither the commands
     nor their neighbors are taught.
     """
+    near = neighbors(words)
     own = {word for command in commands for word in command} & words.keys()
     sounds = {words[word].phones for word in own}
     others = [

@@ -101,5 +101,5 @@ def choose_voices(
 
 
 def speaker_of(voices: Sequence[str]) -> str:
-    """Name who speaks as the recordings do that were there before: `kokoroX` if not English."""
+    """Name voices as older recordings do: `kokoroX-` begins those that are not English."""
     return "+".join(f"kokoro{'' if voice[0] in 'ab' else 'X'}-{voice}" for voice in voices)

@@ -127,12 +127,12 @@ class NetworkFinder:
         name = self._find_name(segment, likelihoods)
         if self._name_finder:
             proposed = self._proposed(segment, name)
-        offset = name.end if name else _earliest_begin(segment)
+        offset = name.end if name else _earlier(segment, CONTEXT_SAMPLES)
         heard = self._heard_from(offset, likelihoods, proposed, answers)
         if name and (heard.ranking is None or not heard.ranking.score >= MIN_SCORE_AFTER_NAME):
             if alone := self._find_name(segment, likelihoods, within=name):
                 return self._name_alone(segment, alone)
-            name, offset = None, _earliest_begin(segment)
+            name, offset = None, _earlier(segment, CONTEXT_SAMPLES)
             proposed = self._proposed(segment)
             heard = self._heard_from(offset, likelihoods, proposed, answers)
         ranking = heard.ranking
@@ -188,12 +188,10 @@ class NetworkFinder:
         """
         if self._name_finder is None:
             return None
-        samples = segment.with_surroundings
-        earlier, begins = (
-            max(0, len(segment.before) - pause) / SAMPLE_RATE for pause in (MAX_PAUSE_SAMPLES, 0)
-        )
+        samples, earlier = segment.with_surroundings, _earlier(segment, MAX_PAUSE_SAMPLES)
         if within:
-            found = self._name_finder.find_alone(samples, likelihoods, begins, within, earlier)
+            begin = _earlier(segment, 0)
+            found = self._name_finder.find_alone(samples, likelihoods, begin, within, earlier)
         else:
             found = self._name_finder.find(samples, likelihoods, earlier)
         return found if found.confidence >= NAME_THRESHOLD else None
@@ -323,7 +321,7 @@ class NetworkFinder:
 
 
 def _begun(found: FoundSentences, text: str, score: float) -> Begun:
-    """The likeliest words that begin another sentence than the best, or it if it was not whole."""
+    """The likeliest beginning of another sentence, or of the best where that cannot be whole."""
     if score < 0:
         of_itself = Begun(*found.best_begun(text, itself=True))
         if of_itself.score > 0:
@@ -331,9 +329,9 @@ def _begun(found: FoundSentences, text: str, score: float) -> Begun:
     return Begun(*found.best_begun(text))
 
 
-def _earliest_begin(segment: Segment) -> float:
-    """When a command may begin in a segment with its surroundings, s."""
-    return max(0, len(segment.before) - CONTEXT_SAMPLES) / SAMPLE_RATE
+def _earlier(segment: Segment, samples: int) -> float:
+    """So many samples before a segment, but not before its surroundings, in which it lies, s."""
+    return max(0, len(segment.before) - samples) / SAMPLE_RATE
 
 
 def _sound_start(segment: Segment) -> float:

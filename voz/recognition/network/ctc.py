@@ -346,7 +346,8 @@ class FoundSentences:
     def best_begun(self, sentence: str, *, itself: bool = False) -> tuple[str, float]:
         """The words that fit best of all with which another sentence begins, and their score.
 
-        Those after which that one and this go on alike only with `itself`.
+        Not those after which that one and this go on alike, unless with `itself`: then these
+        words may begin this one, too.
         """
         return self._best_of(self._search.words_beside(sentence, itself=itself))
 

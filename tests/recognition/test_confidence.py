@@ -14,6 +14,7 @@ from voz.errors import ConfigError
 from voz.language.phones import read_distances
 from voz.recognition.confidence import (
     NOISE_VOICE,
+    OTHER_RIVAL_LEAD,
     POCKETSPHINX_FEATURES,
     RIVAL_LEAD,
     SCORE,
@@ -21,6 +22,7 @@ from voz.recognition.confidence import (
     SPEECH_VOICE,
     SURE_PROBABILITY,
     VOICES_AROUND,
+    WELL_KNOWN,
     Context,
     MissRate,
     Model,
@@ -35,6 +37,7 @@ from voz.recognition.confidence import (
     speech_probability,
     with_log_odds,
 )
+from voz.recognition.language import Language
 from voz.recognition.pocketsphinx.evidence import (
     HURRY_TOLERANCE,
     IGNORED_FRAMES_AFTER,
@@ -224,10 +227,19 @@ def test_what_comes_with_voz_tells_what_it_costs(model: Model) -> None:
     assert missed[0] > missed[-1]
 
 
-def test_the_further_a_rival_word_is_ahead_the_less_was_the_command_said() -> None:
-    leads = [-math.inf, -20.0, 0.0, 1.5, RIVAL_LEAD, 4.0, math.inf]
-    likely = [own_word_probability(lead) for lead in leads]
+@pytest.mark.parametrize(
+    ("text", "limit"), [("go back", RIVAL_LEAD), ("go home", OTHER_RIVAL_LEAD)]
+)
+def test_the_further_a_rival_word_is_ahead_the_less_was_the_command_said(
+    text: str, limit: float
+) -> None:
+    leads = [-math.inf, -20.0, 0.0, 1.5, limit, 4.8, math.inf]
+    likely = [own_word_probability(text, lead) for lead in leads]
     assert likely == sorted(likely, reverse=True)
-    assert likely[0] == own_word_probability(None) == 1
-    assert likely[leads.index(RIVAL_LEAD)] == 0.5
+    assert likely[0] == own_word_probability(text, None) == 1
+    assert likely[leads.index(limit)] == 0.5
     assert likely[-1] < 1e-300
+
+
+def test_the_words_of_the_list_that_comes_with_voz_are_well_known(loaded: Language) -> None:
+    assert {*loaded.commands.vocabulary} == WELL_KNOWN

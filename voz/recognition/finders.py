@@ -253,7 +253,7 @@ class NetworkFinder:
             return 1.0
         match = ranking.matches[ranking.text]
         lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
-        return own_word_probability(lead)
+        return own_word_probability(ranking.text, lead)
 
     def _is_never_missed(self, text: str) -> bool:
         said = self._commands.parse(text)

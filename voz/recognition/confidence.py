@@ -125,7 +125,7 @@ WELL_KNOWN_WORDS = (
     "stop turn up"
 )
 """Those of voz's own list, which many voices taught the network. It hears the phones of others less
-surely: a lead of 2.5 nats refuses a fifth of the commands of other lists."""
+surely: a lead of 2.5 nats refuses 35 of 231 commands of other lists, one of 4.5 nats 19."""
 
 WELL_KNOWN = frozenset(WELL_KNOWN_WORDS.split())
 

@@ -26,7 +26,9 @@ def robot(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
 
 def test_only_what_the_robot_said_can_be_heard(robot: PageRobot) -> None:
     assert robot.api.get("/api/reply", params={"text": REPLY}).status_code == 404
-    robot.drives("start speech")
+    with opened_without_browser(robot) as page:
+        robot.drives("start speech")  # answered before the pages are told of the reply
+        page.wait_for(lambda record: record["type"] == "reply" and record["text"] == REPLY)
     answer = robot.api.get("/api/reply", params={"text": REPLY}).raise_for_status()
     assert answer.content[:4] == b"RIFF"
     assert len(answer.content) > 20_000

@@ -85,6 +85,21 @@ def spoken(text: str) -> Segment:
     return segment
 
 
+def test_a_rival_that_refuses_a_well_known_command_does_not_refuse_another(
+    network_finder: NetworkFinder,
+    cut: dict[str, Segment],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    others = finder(built(["close window", "go back"], tmp_path))
+    monkeypatch.setattr(PhonemeScorer, "rival_lead", lambda *_: 3.5)
+    heard = others.understand(spoken("close window"))
+    assert (heard.text, heard.probability > 0.9) == ("close window", True)
+    for each in (network_finder, others):
+        heard = each.understand(cut["go back"])
+        assert (heard.text, heard.probability < 0.1) == ("go back", True)
+
+
 def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_right(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import pytest
 
+from voz.language.phones import known_phones
 from voz.language.pronunciation import look_up, read_cmudict
 from voz.language.word_neighbors import (
+    COMMON_WORDS,
+    MIN_PHONES,
     decode_rivals,
     encode_rivals,
     everyday_words,
     find_rivals,
+    find_rivals_by_sound,
     neighbors,
+    read_common_words,
 )
 
 
@@ -42,10 +47,39 @@ def test_of_several_pronunciations_none_is_a_rival_of_another() -> None:
     assert found == {"a": {"AH G": ("ug",), "OW": ("oh",)}}
 
 
+def test_in_another_language_long_words_have_those_that_are_common() -> None:
+    said = {"caja": ["k a x a", "k a h a"], "la": ["l a"], "va": ["b a", "b a j a"]}
+    common = {"k a s a", "k a h a", "b a x a", "k a x a s", "k o s a", "l o"}
+    found = find_rivals_by_sound(said, common)
+    assert found == {
+        "caja": {"b a x a": (), "k a s a": (), "k a x a s": ()},
+        "la": {},
+        "va": {"b a x a": ()},
+    }
+
+
+@pytest.mark.parametrize("language", ["de", "es", "fr", "it", "pt"])
+def test_a_language_brings_its_common_words(language: str) -> None:
+    words = [way.split() for way in read_common_words(language)]
+    assert len(words) > 10_000
+    assert min(map(len, words)) == MIN_PHONES - 1
+    assert known_phones().issuperset(phone for way in words for phone in way)
+
+
+def test_of_other_languages_no_words_are_known() -> None:
+    assert not read_common_words("nl")
+    assert read_common_words("es-419") == read_common_words("es")
+    assert {"k a s a", "k a x a"} <= read_common_words("es")
+    assert len([*COMMON_WORDS.glob("*.gz")]) == 5
+
+
 def test_they_are_kept_as_text() -> None:
-    found = {"fold": {"K OW L D": ("cold",), "T OW L D": ("told", "tolled")}}
+    found = {
+        "fold": {"K OW L D": ("cold",), "T OW L D": ("told", "tolled")},
+        "caja": {"k a s a": ()},
+    }
     text = encode_rivals(found)
-    assert text == "fold\tK OW L D\tcold\nfold\tT OW L D\ttold tolled\n"
+    assert text == ("fold\tK OW L D\tcold\nfold\tT OW L D\ttold tolled\ncaja\tk a s a\t\n")
     assert decode_rivals(text) == found
 
 

@@ -14,6 +14,7 @@ from voz.errors import ConfigError
 from voz.language.phones import read_distances
 from voz.recognition.confidence import (
     NOISE_VOICE,
+    OTHER_LANGUAGE_RIVAL_LEAD,
     OTHER_RIVAL_LEAD,
     POCKETSPHINX_FEATURES,
     RIVAL_LEAD,
@@ -239,6 +240,13 @@ def test_the_further_a_rival_word_is_ahead_the_less_was_the_command_said(
     assert likely[0] == own_word_probability(text, None) == 1
     assert likely[leads.index(limit)] == 0.5
     assert likely[-1] < 1e-300
+
+
+def test_in_another_language_a_rival_word_must_be_further_ahead() -> None:
+    limit = OTHER_LANGUAGE_RIVAL_LEAD
+    assert own_word_probability("para", limit, is_english=False) == 0.5
+    assert own_word_probability("go back", limit, is_english=False) == 0.5
+    assert own_word_probability("para", None, is_english=False) == 1
 
 
 def test_the_words_of_the_list_that_comes_with_voz_are_well_known(loaded: Language) -> None:

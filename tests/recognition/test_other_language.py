@@ -77,6 +77,26 @@ def test_commands_in_spanish_are_understood(files: LanguageFiles, tmp_path: Path
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("accent", ["es", "es-419"])
+def test_a_command_with_another_common_word_in_it_is_refused(tmp_path: Path, accent: str) -> None:
+    commands = tmp_path / "commands.txt"
+    commands.write_text("coge la caja\nabre la puerta\navanza\n", encoding="utf-8")
+    spoken = configured_language(SpokenLanguage(name="es"))
+    build(commands, tmp_path / "lm", read_list(commands, spoken))
+    recognizer = Recognizer(LanguageFiles(tmp_path / "lm"), Recognition())
+    heard = {}
+    for text in ("coge la caja", "coge la casa", "abre la puerta", "abre la huerta"):
+        (found,) = recognizer.utterances([said(text, tmp_path, accent)], "")
+        heard[text] = (found.text, found.accepted)
+    assert heard == {
+        "coge la caja": ("coge la caja", True),
+        "coge la casa": ("coge la caja", False),
+        "abre la puerta": ("abre la puerta", True),
+        "abre la huerta": ("abre la puerta", False),
+    }
+
+
+@pytest.mark.slow
 def test_pocketsphinx_decides_alone_by_a_model_of_a_language_with_another_name(
     tmp_path: Path,
 ) -> None:

@@ -35,7 +35,13 @@ from voz.language.sentences.command_set import encode_commands
 from voz.language.sentences.text_lines import PRONUNCIATIONS_FILE, summarize_warnings
 from voz.language.similarity_report import similarity_warnings
 from voz.language.spoken_language import LanguageInfo
-from voz.language.word_neighbors import Rivals, encode_rivals, find_rivals
+from voz.language.word_neighbors import (
+    Rivals,
+    encode_rivals,
+    find_rivals,
+    find_rivals_by_sound,
+    read_common_words,
+)
 
 
 @dataclass(frozen=True)
@@ -134,7 +140,7 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
         os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
         for path, data in source.files_read.items()
     }
-    rivals = None if source.spoken else _rivals(source.entries)
+    rivals = _rivals(source)
     if source.compiled is None:
         elsewhere = sources and LanguageFiles(out).commands.name not in sources
         where = f"{msgspec.json.encode(sources).decode()}\n" if elsewhere else None
@@ -154,8 +160,14 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
     )
 
 
-def _rivals(entries: Mapping[str, LexiconEntry]) -> Rivals:
-    return find_rivals({word: entry.phones for word, entry in entries.items()}, read_cmudict())
+def _rivals(source: CommandSource) -> Rivals | None:
+    """The rivals of the words; None in a language whose common words are not known."""
+    if source.spoken is None:
+        said = {word: entry.phones for word, entry in source.entries.items()}
+        return find_rivals(said, read_cmudict())
+    common = read_common_words(source.spoken.code)
+    heard = {word: entry.ipa for word, entry in source.entries.items() if entry.ipa}
+    return find_rivals_by_sound(heard, common) if common and heard else None
 
 
 def _as_json(spoken: LanguageInfo, out: Path) -> str:

@@ -70,7 +70,7 @@ class LanguageFiles:
     spoken = _File("language")  # the spoken language; missing for English
     ipa = _File("ipa")  # pronunciations for the network; missing for English and other models
     source = _File("source")  # where a plain list is that is not beside the files; else missing
-    rival_words = _File("rivals")  # what sounds much like the list's words; English alone
+    rival_words = _File("rivals")  # what sounds much like the list's words
     fingerprint = _File("sha256")  # the SHA-256 of each that is generated, as `sha256sum` does
 
     @property

@@ -1,20 +1,30 @@
 """Neighbors of the words of a list: words of the dictionary one phone away, their rivals.
 
 A command with a rival word in place of its own, as "cold arm" for "fold arm", is what people say
-that sounds most like it, and is no command. Pure, but for the language model.
+that sounds most like it, and is no command. Pure, but for the language model and the words of
+other languages.
 """
 
 from __future__ import annotations
 
+import gzip
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from pathlib import Path
 
-from voz.language.phones import PHONES, read_distances
+from voz.language.phones import PHONES, known_phones, read_distances
 from voz.language.similarity import loss_between
 
 Rivals = Mapping[str, Mapping[str, tuple[str, ...]]]
 """For each word the pronunciations that are one phone away, such as "K OW L D", and the words that
-are said so."""
+are said so, if these are known."""
+
+COMMON_WORDS = Path(__file__).with_name("common_words")
+"""How the commonest words of other languages are said, by `training/common_words.py`."""
+
+MIN_PHONES = 4
+"""A shorter word of another language has no rivals: articles are the rivals of each other, and
+people slur them."""
 
 EVERYDAY = math.log(3e-6)
 """Log-probability of a word, from which on it is an everyday one: so rare is the 10,000th."""
@@ -30,25 +40,64 @@ def find_rivals(pronunciations: Mapping[str, Collection[str]], cmudict: bytes) -
         pronunciations: of each word, such as "F OW L D".
         cmudict: what `read_cmudict` returns.
     """
-    near = {
-        word: {other for way in ways for other in _one_phone_away(way)} - {*ways}
+    near = _near(pronunciations, PHONES)
+    return _that_are_words(near, _words_said(cmudict, set().union(*near.values())))
+
+
+def find_rivals_by_sound(
+    pronunciations: Mapping[str, Collection[str]], common: Collection[str]
+) -> Rivals:
+    """The same of another language, of which no words are known but how the common ones are said.
+
+    Args:
+        pronunciations: of each word, such as "k a s a".
+        common: what `read_common_words` returns.
+    """
+    long = {
+        word: [way for way in ways if len(way.split()) >= MIN_PHONES]
         for word, ways in pronunciations.items()
     }
-    said_so = _words_said(cmudict, set().union(*near.values()))
+    phones = {phone for way in common for phone in way.split()}
+    return _that_are_words(_near(long, phones), dict.fromkeys(common, ()))
+
+
+def read_common_words(language: str) -> frozenset[str]:
+    """How the common words of a language are said, such as "k a s a"; empty if that is unknown.
+
+    Of a regional language, such as `pt-br`, those of the language.
+    """
+    path = COMMON_WORDS / f"{language.partition('-')[0]}.gz"
+    if not path.exists():
+        return frozenset()
+    return frozenset(gzip.decompress(path.read_bytes()).decode().splitlines())
+
+
+def _near(
+    pronunciations: Mapping[str, Collection[str]], phones: Collection[str]
+) -> dict[str, set[str]]:
     return {
-        word: {way: said_so[way] for way in sorted(ways & said_so.keys())}
+        word: {other for way in ways for other in _one_phone_away(way, phones)} - {*ways}
+        for word, ways in pronunciations.items()
+    }
+
+
+def _that_are_words(
+    near: Mapping[str, Collection[str]], said_so: Mapping[str, tuple[str, ...]]
+) -> dict[str, dict[str, tuple[str, ...]]]:
+    return {
+        word: {way: said_so[way] for way in sorted(said_so.keys() & ways)}
         for word, ways in near.items()
     }
 
 
-def _one_phone_away(way: str) -> Iterator[str]:
+def _one_phone_away(way: str, phones: Collection[str]) -> Iterator[str]:
     """All that a pronunciation becomes if one phone is another, is left out, or is too many."""
-    phones = way.split()
-    for place in range(len(phones) + 1):
-        before, after = phones[:place], phones[place:]
-        changes: list[Iterable[str]] = [(phone, *after) for phone in PHONES]
+    said = way.split()
+    for place in range(len(said) + 1):
+        before, after = said[:place], said[place:]
+        changes: list[Iterable[str]] = [(phone, *after) for phone in phones]
         if after:
-            changes += [after[1:], *((phone, *after[1:]) for phone in PHONES)]
+            changes += [after[1:], *((phone, *after[1:]) for phone in phones)]
         for change in changes:
             yield " ".join((*before, *change))
 
@@ -78,7 +127,7 @@ def decode_rivals(text: str) -> Rivals:
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for line in text.splitlines():
         word, phones, words = line.split("\t")
-        if not phones or not PHONES.issuperset(phones.split()):
+        if not phones or not known_phones().issuperset(phones.split()):
             raise ValueError(f"{phones!a} are not all phones")
         found.setdefault(word, {})[phones] = tuple(words.split())
     return found

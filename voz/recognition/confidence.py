@@ -120,6 +120,9 @@ RIVAL_LEAD, OTHER_RIVAL_LEAD, ODDS_PER_RIVAL_NAT = 2.5, 4.5, 3.0
 well-known words and in another, and how the log-odds fall with it (`benchmarks/neighbors.py`). It
 is not 0: more commands are said than what is next to them."""
 
+OTHER_LANGUAGE_RIVAL_LEAD = 5.0
+"""The same in another language than English, in which the network is less sure."""
+
 WELL_KNOWN_WORDS = (
     "arm back beer cocacola down fold forward go left point right rotate slow speech speed start "
     "stop turn up"
@@ -130,7 +133,7 @@ surely: a lead of 2.5 nats refuses 35 of 231 commands of other lists, one of 4.5
 WELL_KNOWN = frozenset(WELL_KNOWN_WORDS.split())
 
 
-def own_word_probability(text: str, lead: float | None) -> float:
+def own_word_probability(text: str, lead: float | None, *, is_english: bool = True) -> float:
     """The probability that a command was said and not one with a rival word in it.
 
     `lead` is how much better the best rival fits, nats; None if the command has none.
@@ -138,6 +141,8 @@ def own_word_probability(text: str, lead: float | None) -> float:
     if lead is None:
         return 1.0
     limit = RIVAL_LEAD if WELL_KNOWN.issuperset(text.split()) else OTHER_RIVAL_LEAD
+    if not is_english:
+        limit = OTHER_LANGUAGE_RIVAL_LEAD
     return sigmoid(ODDS_PER_RIVAL_NAT * (limit - lead))
 
 

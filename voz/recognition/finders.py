@@ -100,8 +100,9 @@ class NetworkFinder:
         self._decoder = Decoder(language, settings.search)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
+        self._is_english = not language.ipa
         # By the nearest English phones it hears other languages worse than the network does.
-        self._pocketsphinx_has_say = language.commands.have_slots and not language.ipa
+        self._pocketsphinx_has_say = language.commands.have_slots and self._is_english
         self._never_missed = frozenset(settings.never_missed)
         self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
         self._network = network
@@ -253,7 +254,7 @@ class NetworkFinder:
             return 1.0
         match = ranking.matches[ranking.text]
         lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
-        return own_word_probability(ranking.text, lead)
+        return own_word_probability(ranking.text, lead, is_english=self._is_english)
 
     def _is_never_missed(self, text: str) -> bool:
         said = self._commands.parse(text)

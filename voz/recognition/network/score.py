@@ -19,7 +19,6 @@ from voz.errors import ConfigError
 from voz.language.language_files import LanguageFiles
 from voz.language.sentences.automaton import Automaton
 from voz.language.sentences.command_set import Commands
-from voz.language.word_neighbors import Rivals
 from voz.recognition.language import Language, load_language, spellings
 from voz.recognition.network.ctc import (
     Floats,
@@ -161,14 +160,14 @@ class PhonemeScorer:
         self,
         spellings: Mapping[str, Iterable[Sequence[str]]],
         network: Path = DEFAULT_NETWORK,
-        rivals: Rivals | None = None,
+        rivals: Mapping[str, Iterable[Sequence[str]]] | None = None,
     ) -> None:
         """Load the network.
 
         Args:
             spellings: all pronunciations of each word.
             network: a file of weights.
-            rivals: what sounds much like some of the words.
+            rivals: the pronunciations of what sounds much like some of the words.
 
         Raises:
             ConfigError: the file cannot be used.
@@ -194,7 +193,7 @@ class PhonemeScorer:
         self._rival_words = RivalWords(
             self._pronunciations,
             {
-                word: [[numbers[phone] for phone in way.split()] for way in ways]
+                word: [[numbers[phone] for phone in way] for way in ways]
                 for word, ways in (rivals or {}).items()
             },
             self._blank,
@@ -339,7 +338,11 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
         words = {word: [*map(with_symbols, ways)] for word, ways in words.items()}
         for word in _unstressed_words(words, language.commands):
             words[word] = [*map(unstressed, words[word])]
-    return PhonemeScorer(words, network_file(language.files, network), language.rivals)
+    rivals = {
+        word: [with_symbols(way.split()) if language.ipa else way.split() for way in ways]
+        for word, ways in language.rivals.items()
+    }
+    return PhonemeScorer(words, network_file(language.files, network), rivals)
 
 
 def _unstressed_words(

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from voz.errors import ConfigError
 from voz.language.phones import read_distances
 from voz.recognition.confidence import (
+    LONGEST_GAP,
     NOISE_VOICE,
     OTHER_LANGUAGE_RIVAL_LEAD,
     OTHER_RIVAL_LEAD,
@@ -36,6 +37,7 @@ from voz.recognition.confidence import (
     probability,
     save_models,
     speech_probability,
+    unbroken_probability,
     with_log_odds,
 )
 from voz.recognition.language import Language
@@ -247,6 +249,14 @@ def test_in_another_language_a_rival_word_must_be_further_ahead() -> None:
     assert own_word_probability("para", limit, is_english=False) == 0.5
     assert own_word_probability("go back", limit, is_english=False) == 0.5
     assert own_word_probability("para", None, is_english=False) == 1
+
+
+def test_the_longer_a_gap_within_a_word_the_less_was_the_command_said() -> None:
+    gaps = [0.0, 0.2, 0.28, LONGEST_GAP, 0.6]
+    likely = [unbroken_probability(gap) for gap in gaps]
+    assert likely == sorted(likely, reverse=True)
+    assert likely[2] > 0.99
+    assert likely[3:] == pytest.approx([0.5, 0], abs=0.001)
 
 
 def test_the_words_of_the_list_that_comes_with_voz_are_well_known(loaded: Language) -> None:

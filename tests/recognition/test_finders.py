@@ -100,6 +100,16 @@ def test_a_rival_that_refuses_a_well_known_command_does_not_refuse_another(
         assert (heard.text, heard.probability < 0.1) == ("go back", True)
 
 
+def test_a_command_with_a_gap_within_a_word_was_not_said_but_a_stop_counts(
+    network_finder: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = {text: network_finder.understand(cut[text]).probability for text in ("go back", "stop")}
+    monkeypatch.setattr(PhonemeScorer, "longest_gap", lambda *_: 0.6)
+    heard = {text: network_finder.understand(cut[text]).probability for text in usual}
+    assert heard["stop"] == usual["stop"] > 0.9
+    assert heard["go back"] < 0.001 < 0.9 < usual["go back"]
+
+
 def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_right(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

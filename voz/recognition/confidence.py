@@ -146,6 +146,21 @@ def own_word_probability(text: str, lead: float | None, *, is_english: bool = Tr
     return sigmoid(ODDS_PER_RIVAL_NAT * (limit - lead))
 
 
+LONGEST_GAP, ODDS_PER_GAP_SECOND = 0.4, 40.0
+"""The time (s) without a phone within a word at which a command, and other speech in which its
+phones stand in their order by chance, are as likely, and how the log-odds fall with it. Of 1,100
+commands in six languages two have more than 0.28 s (0.34); of 29 false alarms in prompts 16 have
+0.38 s or more (`benchmarks/results/languages.md`)."""
+
+
+def unbroken_probability(gap: float) -> float:
+    """The probability that a command was said in one go.
+
+    `gap` is the longest time without a phone within a word, s.
+    """
+    return sigmoid(ODDS_PER_GAP_SECOND * (LONGEST_GAP - gap))
+
+
 def discount_for_context(confidence: float, context: Context) -> float:
     """The confidence in a context, from that in a quiet one."""
     return multiply_odds(confidence, 1 / context.value)

@@ -25,6 +25,7 @@ from voz.recognition.confidence import (
     own_word_probability,
     probability,
     speech_probability,
+    unbroken_probability,
 )
 from voz.recognition.decision import (
     Begun,
@@ -152,7 +153,7 @@ class NetworkFinder:
             spoken_until=_in_stream(segment, offset + match.end),
             features=values,
             speech_probability=speech,
-            probability=likely * speech * self._own_word_probability(heard, ranking),
+            probability=likely * speech * self._own_words_probability(heard, ranking),
             why_refused=partial(
                 self._why_refused, segment, heard.likelihoods, ranking, speech, other
             ),
@@ -244,17 +245,19 @@ class NetworkFinder:
         begun = _begun(found, said.text, best.score) if found else None
         return find_rival(ranking, self._commands.parse, begun)
 
-    def _own_word_probability(self, heard: _Compared, ranking: Ranking) -> float:
-        """The probability that no rival word was said; 1 for commands that must not be missed.
+    def _own_words_probability(self, heard: _Compared, ranking: Ranking) -> float:
+        """The probability that no rival word was said, and no other speech with gaps in it.
 
-        What sounds like `stop`, as "stock", may stop the robot; a `stop` that is taken for it
-        must not drive on.
+        It is 1 for commands that must not be missed. What sounds like `stop`, as "stock", may stop
+        the robot; a `stop` that is taken for it must not drive on.
         """
         if self._is_never_missed(ranking.text):
             return 1.0
         match = ranking.matches[ranking.text]
         lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
-        return own_word_probability(ranking.text, lead, is_english=self._is_english)
+        gap = self._network.longest_gap(heard.likelihoods, ranking.text, match)
+        own = own_word_probability(ranking.text, lead, is_english=self._is_english)
+        return own * unbroken_probability(gap)
 
     def _is_never_missed(self, text: str) -> bool:
         said = self._commands.parse(text)

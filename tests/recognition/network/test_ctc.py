@@ -12,7 +12,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from voz.language.sentences.automaton import Automaton, minimized, prefix_tree
-from voz.recognition.network.ctc import Floats, SentenceSearch, align, best_matches, lattice
+from voz.recognition.network.ctc import (
+    Floats,
+    SentenceSearch,
+    align,
+    best_matches,
+    lattice,
+    longest_gap,
+)
 
 BLANK = 2
 SYMBOLS = 3
@@ -145,6 +152,24 @@ def test_a_word_is_found_wherever_it_is_in_a_long_stream(at: int) -> None:
     assert found_in(heard, [[[0, 1, 0]]]) == (0, at, at + 2)
     score, *_ = found_in(heard, [[[1, 0, 1]]])
     assert score == -20
+
+
+@pytest.mark.parametrize(
+    ("heard", "sentence", "gap"),
+    [
+        ("0221", [[[0, 1]]], 2),
+        ("02212220", [[[0, 1, 0]]], 3),
+        ("01", [[[0, 1]]], 0),
+        ("0222122", [[[0]], [[1]]], 0),  # between two words
+        ("02122220", [[[0, 1]], [[0]]], 1),
+        ("222", [[[0]]], 0),
+    ],
+)
+def test_the_longest_gap_is_within_a_word(heard: str, sentence: Sentence, gap: int) -> None:
+    log_ratios = np.full((len(heard), SYMBOLS), -20.0)
+    log_ratios[range(len(heard)), [int(symbol) for symbol in heard]] = 0
+    free = np.zeros(len(heard))
+    assert longest_gap(log_ratios, free, free, lattice([sentence], BLANK)) == gap
 
 
 def test_what_it_costs_to_begin_and_end_is_weighed_against_the_sound() -> None:

@@ -53,6 +53,29 @@ def rankings(
     return list(zip(clips, ranked, strict=True))
 
 
+def gap_in(scorer: PhonemeScorer, samples: Samples, text: str) -> float:
+    likelihoods = scorer.phone_likelihoods(samples)
+    match = scorer.rank(likelihoods, [text]).matches[text]
+    return scorer.longest_gap(likelihoods, text, match)
+
+
+def test_a_gap_within_a_word_is_seen_and_not_one_between_words(
+    scorer: PhonemeScorer, recordings: list[Recording]
+) -> None:
+    text = "rotate left"
+    samples = said(recordings, text)
+    (begin, end), _ = scorer.align(scorer.phone_likelihoods(samples), text)
+    pause = np.zeros(round(0.5 * SAMPLE_RATE), np.int16)
+
+    def with_pause(at: float) -> Samples:
+        return np.insert(samples, round(at * SAMPLE_RATE), pause)
+
+    usual = gap_in(scorer, samples, text)
+    assert usual < 0.3
+    assert gap_in(scorer, with_pause(end), text) == pytest.approx(usual, abs=0.1)
+    assert gap_in(scorer, with_pause((begin + end) / 2), text) >= 0.5
+
+
 def test_it_knows_which_command_was_said_and_where(
     rankings: list[tuple[Recording, Ranking]],
 ) -> None:

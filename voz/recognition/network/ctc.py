@@ -10,7 +10,7 @@ words can be read backward at the end.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import accumulate
+from itertools import accumulate, groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -183,6 +183,17 @@ def align(
         word = int(sentence.words[node])
         places[word] = places.get(word, (moment, moment))[0], moment
     return [places[word] for word in sorted(places.keys() - {NO_WORD})]
+
+
+def longest_gap(log_ratios: Floats, before: Floats, behind: Floats, sentence: Lattice) -> int:
+    """The most moments in a row that have no phone within a word, where a sentence fits best.
+
+    The arguments are those of `best_path`.
+    """
+    blank = log_ratios.shape[1] - 1
+    path = best_path(log_ratios, before, behind, sentence)
+    in_gap = [sentence.symbols[n] == blank and sentence.words[n] != NO_WORD for n in path.nodes]
+    return max((len([*same]) for is_gap, same in groupby(in_gap) if is_gap), default=0)
 
 
 def _forward(

@@ -27,6 +27,7 @@ from voz.recognition.network.ctc import (
     align,
     best_matches,
     lattice,
+    longest_gap,
 )
 from voz.recognition.network.phoneme_network import (
     BLANKS,
@@ -72,8 +73,8 @@ FIRST_PHONE_SECONDS = 0.12
 the word before it ends later (`benchmarks/word_times.py`).
 """
 
-RIVAL_MARGIN = 0.2
-"""A rival of a command begins and ends within this much (s) around it."""
+MATCH_MARGIN = 0.2
+"""What is compared with a command begins and ends within this much (s) around it."""
 
 MAX_LEAD_BONUS = 6.0
 """Most nats for being ahead of the next best command."""
@@ -270,9 +271,12 @@ class PhonemeScorer:
             text: the command.
             match: where it fits best.
         """
-        first = max(0, round((match.begin - RIVAL_MARGIN) * SAMPLE_RATE / MOMENT))
-        last = round((match.end + RIVAL_MARGIN) * SAMPLE_RATE / MOMENT)
-        return self._rival_words.lead(text, *(part[first:last] for part in likelihoods))
+        return self._rival_words.lead(text, *_around(likelihoods, match))
+
+    def longest_gap(self, likelihoods: PhoneLikelihoods, text: str, match: Match) -> float:
+        """The longest time (s) without a phone within a word of a command; arguments as above."""
+        moments = longest_gap(*_around(likelihoods, match), self.lattice_of(text))
+        return moments * MOMENT / SAMPLE_RATE
 
     def align(self, likelihoods: PhoneLikelihoods, text: str) -> list[tuple[float, float]]:
         """Find where each word of a sentence that fits begins and ends in the sound, s."""
@@ -307,6 +311,13 @@ class PhonemeScorer:
     def _make_lattice(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
         phones = np.array([*map(self.count_phones, commands)])
         return np.maximum(REWARD_PER_PHONE * phones, MIN_REWARD), self.lattice_of(*commands)
+
+
+def _around(likelihoods: PhoneLikelihoods, match: Match) -> PhoneLikelihoods:
+    """The likelihoods around a match."""
+    first = max(0, round((match.begin - MATCH_MARGIN) * SAMPLE_RATE / MOMENT))
+    last = round((match.end + MATCH_MARGIN) * SAMPLE_RATE / MOMENT)
+    return PhoneLikelihoods(*(part[first:last] for part in likelihoods))
 
 
 def network_file(files: LanguageFiles, named: str | None) -> Path:

@@ -140,17 +140,18 @@ def own_word_probability(text: str, lead: float | None, *, is_english: bool = Tr
     """
     if lead is None:
         return 1.0
-    limit = RIVAL_LEAD if WELL_KNOWN.issuperset(text.split()) else OTHER_RIVAL_LEAD
     if not is_english:
         limit = OTHER_LANGUAGE_RIVAL_LEAD
+    else:
+        limit = RIVAL_LEAD if WELL_KNOWN.issuperset(text.split()) else OTHER_RIVAL_LEAD
     return sigmoid(ODDS_PER_RIVAL_NAT * (limit - lead))
 
 
 LONGEST_GAP, ODDS_PER_GAP_SECOND = 0.4, 40.0
 """The time (s) without a phone within a word at which a command, and other speech in which its
-phones stand in their order by chance, are as likely, and how the log-odds fall with it. Of 1,100
-commands in six languages two have more than 0.28 s (0.34); of 29 false alarms in prompts 16 have
-0.38 s or more (`benchmarks/results/languages.md`)."""
+phones stand in their order by chance, are as likely, and how the log-odds fall with it. Of 1,130
+commands in six languages two have more than 0.28 s (0.32 and 0.34); of 29 false alarms in prompts
+16 have 0.38 s or more (`benchmarks/results/languages.md`)."""
 
 
 def unbroken_probability(gap: float) -> float:

@@ -14,17 +14,16 @@ from wordfreq import top_n_list
 
 from voz.language.espeak import accents_of, written_by_espeak
 from voz.language.phones import known_phones, parse_phones
+from voz.language.spoken_language import ENGLISH_NAMES, known_languages
 from voz.language.word_neighbors import COMMON_WORDS, MIN_PHONES
-
-LANGUAGES = ("de", "es", "fr", "it", "pt")
 
 WORDS = 20_000
 """So many of each language."""
 
 
 def main() -> None:
-    """Write a file for each language."""
-    for language in LANGUAGES:
+    """Write a file for each language that voz knows."""
+    for language in {known.code for known in known_languages()} - ENGLISH_NAMES:
         words = [word for word in top_n_list(language, WORDS) if word.isalpha() and len(word) > 1]
         written = (line for each in accents_of(language) for line in written_by_espeak(words, each))
         said = {" ".join(way) for line in written if is_long(way := parse_phones(line))}

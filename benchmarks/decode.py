@@ -56,7 +56,7 @@ def without_confidence() -> Understand:
     from voz.recognition.language import load_language
     from voz.recognition.pocketsphinx.decoder import Decoder, mean_start
 
-    decoder = Decoder(load_language(find_language(None)))
+    decoder = Decoder(load_language(find_language(None)), is_wide=False)
 
     def understand(path: Path) -> str:
         segmenter = Segmenter()

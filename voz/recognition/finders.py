@@ -98,7 +98,6 @@ class NetworkFinder:
         network: PhonemeScorer,
     ) -> None:
         """Load pocketsphinx; LanguageError if it cannot use the language files."""
-        self._decoder = Decoder(language, settings.search)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
         self._is_english = not language.ipa
@@ -106,6 +105,9 @@ class NetworkFinder:
         self._pocketsphinx_has_say = language.commands.have_slots and self._is_english
         self._never_missed = frozenset(settings.never_missed)
         self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
+        # Where the network compares all commands, what pocketsphinx proposes only counts more.
+        self._is_plain = self._shortlist.compares_all and not language.commands.have_slots
+        self._decoder = Decoder(language, settings.search, is_wide=not self._is_plain)
         self._network = network
         self._search = self._sentence_search(language.commands.automaton)
         self._model = model
@@ -115,8 +117,7 @@ class NetworkFinder:
 
     def _sentence_search(self, automaton: Automaton) -> SentenceSearch | None:
         """Prepare to search a list that is too long to compare, or has slots; None if too large."""
-        is_plain = self._shortlist.compares_all and not self._commands.have_slots
-        if is_plain or sum(map(len, automaton.arcs)) > MAX_SEARCHED_WORDS:
+        if self._is_plain or sum(map(len, automaton.arcs)) > MAX_SEARCHED_WORDS:
             return None
         return self._network.sentence_search(automaton)
 

@@ -23,9 +23,9 @@ from voz.recognition.pocketsphinx.decoder import (
 NOTHING = np.zeros(0, np.int16)
 
 
-@pytest.fixture(scope="module")
-def decoder(loaded: Language) -> Decoder:
-    return Decoder(loaded)
+@pytest.fixture(scope="module", params=[True, False], ids=["wide", "narrow"])
+def decoder(loaded: Language, request: pytest.FixtureRequest) -> Decoder:
+    return Decoder(loaded, is_wide=request.param)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from voz.errors import ConfigError
 from voz.language.phones import read_distances
 from voz.recognition.confidence import (
-    LONGEST_GAP,
     NOISE_VOICE,
     OTHER_LANGUAGE_RIVAL_LEAD,
     OTHER_RIVAL_LEAD,
@@ -23,6 +22,7 @@ from voz.recognition.confidence import (
     SOFT_SPEECH_VOICE,
     SPEECH_VOICE,
     SURE_PROBABILITY,
+    USUAL_GAP,
     VOICES_AROUND,
     WELL_KNOWN,
     Context,
@@ -30,6 +30,7 @@ from voz.recognition.confidence import (
     Model,
     alarm_rates_near,
     discount_for_context,
+    discount_for_gap,
     load_models,
     miss_rate_at,
     multiply_odds,
@@ -37,7 +38,6 @@ from voz.recognition.confidence import (
     probability,
     save_models,
     speech_probability,
-    unbroken_probability,
     with_log_odds,
 )
 from voz.recognition.language import Language
@@ -251,12 +251,20 @@ def test_in_another_language_a_rival_word_must_be_further_ahead() -> None:
     assert own_word_probability("para", None, is_english=False) == 1
 
 
-def test_the_longer_a_gap_within_a_word_the_less_was_the_command_said() -> None:
-    gaps = [0.0, 0.2, 0.28, LONGEST_GAP, 0.6]
-    likely = [unbroken_probability(gap) for gap in gaps]
-    assert likely == sorted(likely, reverse=True)
-    assert likely[2] > 0.99
-    assert likely[3:] == pytest.approx([0.5, 0], abs=0.001)
+@given(st.floats(0, 1), st.floats(0, 3), st.floats(0, 3))
+def test_the_longer_a_gap_within_a_word_the_less_was_the_command_said(
+    confidence: float, gap: float, longer: float
+) -> None:
+    assert discount_for_gap(confidence, USUAL_GAP) == confidence
+    kept = discount_for_gap(confidence, gap)
+    assert 0 <= discount_for_gap(confidence, gap + longer) <= kept <= confidence
+
+
+@pytest.mark.parametrize(("gap", "kept"), [(0.28, 0.95), (0.33, 0.88), (0.4, 0.64), (0.6, 0.03)])
+def test_however_surely_it_fits_a_command_with_a_long_gap_is_in_doubt(
+    gap: float, kept: float
+) -> None:
+    assert discount_for_gap(1.0, gap) == pytest.approx(kept, abs=0.01)
 
 
 def test_the_words_of_the_list_that_comes_with_voz_are_well_known(loaded: Language) -> None:

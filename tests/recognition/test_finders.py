@@ -107,7 +107,7 @@ def test_a_command_with_a_gap_within_a_word_was_not_said_but_a_stop_counts(
     monkeypatch.setattr(PhonemeScorer, "longest_gap", lambda *_: 0.6)
     heard = {text: network_finder.understand(cut[text]).probability for text in usual}
     assert heard["stop"] == usual["stop"] > 0.9
-    assert heard["go back"] < 0.001 < 0.9 < usual["go back"]
+    assert heard["go back"] < 0.05 < 0.9 < usual["go back"]
 
 
 def test_of_two_long_orders_that_fit_alike_the_one_that_pocketsphinx_hears_is_right(

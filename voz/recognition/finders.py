@@ -22,10 +22,10 @@ from voz.recognition.confidence import (
     SCORE,
     VOICES_AROUND,
     Model,
+    discount_for_gap,
     own_word_probability,
     probability,
     speech_probability,
-    unbroken_probability,
 )
 from voz.recognition.decision import (
     Begun,
@@ -154,7 +154,7 @@ class NetworkFinder:
             spoken_until=_in_stream(segment, offset + match.end),
             features=values,
             speech_probability=speech,
-            probability=likely * speech * self._own_words_probability(heard, ranking),
+            probability=self._probability(heard, ranking, likely * speech),
             why_refused=partial(
                 self._why_refused, segment, heard.likelihoods, ranking, speech, other
             ),
@@ -246,19 +246,19 @@ class NetworkFinder:
         begun = _begun(found, said.text, best.score) if found else None
         return find_rival(ranking, self._commands.parse, begun)
 
-    def _own_words_probability(self, heard: _Compared, ranking: Ranking) -> float:
-        """The probability that no rival word was said, and no other speech with gaps in it.
+    def _probability(self, heard: _Compared, ranking: Ranking, likely: float) -> float:
+        """The probability of the best command with its rival words and its gaps, from that without.
 
-        It is 1 for commands that must not be missed. What sounds like `stop`, as "stock", may stop
+        It stays for commands that must not be missed. What sounds like `stop`, as "stock", may stop
         the robot; a `stop` that is taken for it must not drive on.
         """
         if self._is_never_missed(ranking.text):
-            return 1.0
+            return likely
         match = ranking.matches[ranking.text]
         lead = self._network.rival_lead(heard.likelihoods, ranking.text, match)
         gap = self._network.longest_gap(heard.likelihoods, ranking.text, match)
         own = own_word_probability(ranking.text, lead, is_english=self._is_english)
-        return own * unbroken_probability(gap)
+        return discount_for_gap(likely * own, gap)
 
     def _is_never_missed(self, text: str) -> bool:
         said = self._commands.parse(text)

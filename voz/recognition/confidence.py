@@ -151,7 +151,7 @@ USUAL_GAP, ODDS_PER_GAP_SECOND, SUREST_WITH_GAP = 0.2, 20.0, 0.99
 """In other speech the phones of a command stand in their order by chance, far apart: above the
 first time (s) without a phone within a word the log-odds fall by the second for each second, from
 the third at most. Of 1,130 commands in six languages half have a gap of 0.12 s, 99 in 100 one of
-0.27 s at most; of 18 false alarms in prompts, 16 have more than 0.2 s
+0.27 s at most; of 18 false alarms in prompts, 15 have 0.24 s or more
 (`benchmarks/results/languages.md`)."""
 
 

@@ -79,7 +79,7 @@ def test_they_are_kept_as_text() -> None:
         "caja": {"k a s a": ()},
     }
     text = encode_rivals(found)
-    assert text == ("fold\tK OW L D\tcold\nfold\tT OW L D\ttold tolled\ncaja\tk a s a\t\n")
+    assert text == "fold\tK OW L D\tcold\nfold\tT OW L D\ttold tolled\ncaja\tk a s a\t\n"
     assert decode_rivals(text) == found
 
 

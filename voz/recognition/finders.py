@@ -105,7 +105,7 @@ class NetworkFinder:
         self._pocketsphinx_has_say = language.commands.have_slots and self._is_english
         self._never_missed = frozenset(settings.never_missed)
         self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
-        # Where the network compares all commands, what pocketsphinx proposes only counts more.
+        # Where the network compares all commands, what pocketsphinx proposes adds a nat, no more.
         self._is_plain = self._shortlist.compares_all and not language.commands.have_slots
         self._decoder = Decoder(language, settings.search, is_wide=not self._is_plain)
         self._network = network
@@ -154,7 +154,7 @@ class NetworkFinder:
             spoken_until=_in_stream(segment, offset + match.end),
             features=values,
             speech_probability=speech,
-            probability=self._probability(heard, ranking, likely * speech),
+            probability=self._discounted(likely * speech, heard, ranking),
             why_refused=partial(
                 self._why_refused, segment, heard.likelihoods, ranking, speech, other
             ),
@@ -246,11 +246,11 @@ class NetworkFinder:
         begun = _begun(found, said.text, best.score) if found else None
         return find_rival(ranking, self._commands.parse, begun)
 
-    def _probability(self, heard: _Compared, ranking: Ranking, likely: float) -> float:
-        """The probability of the best command with its rival words and its gaps, from that without.
+    def _discounted(self, likely: float, heard: _Compared, ranking: Ranking) -> float:
+        """The probability of the best command, which rival words and gaps make less likely.
 
-        It stays for commands that must not be missed. What sounds like `stop`, as "stock", may stop
-        the robot; a `stop` that is taken for it must not drive on.
+        Commands that must not be missed stay as likely as they are. What sounds like `stop`, as
+        "stock", may stop the robot; a `stop` that is taken for it must not drive on.
         """
         if self._is_never_missed(ranking.text):
             return likely

@@ -37,12 +37,6 @@ if [ "${1:-}" = tests ]; then
     why="$why what builds packages of ROS 1 and 2, chromium for the operator page, and a broker of MQTT"
 fi
 
-# A Python that cannot make a virtual environment, or none at all, is the system's.
-if ! "$python" -c "import ensurepip, venv" 2>/dev/null; then
-    packages="$packages python3 python3-venv"
-    why="$why; Python runs it all"
-fi
-
 # For the client of ROS 1 that the tests compare with. Another npm than Debian's will do.
 if [ "${1:-}" = tests ] && ! command -v npm >/dev/null; then
     packages="$packages nodejs npm"
@@ -69,12 +63,8 @@ install_packages() {
     exit 2
 }
 
-broker=/usr/sbin/mosquitto
-[ ! -x $broker ] || broker=
-install_packages "$packages" "$why"
-# Debian starts the broker that it installs; the tests start their own.
-[ ! -x "$broker" ] || $sudo systemctl disable --quiet --now mosquitto 2>/dev/null || true
-
+# A Python that cannot make a virtual environment, or none at all, is the system's.
+"$python" -c "import ensurepip, venv" 2>/dev/null || install_packages "python3 python3-venv" "Python runs it all"
 if ! "$python" -c "import sys; sys.exit(sys.version_info < (3, 10))"; then
     echo "voz needs Python 3.10 or newer, $python is $("$python" -V); set PYTHON to another" >&2
     exit 2
@@ -120,14 +110,11 @@ if [ "${1:-}" = ros2 ] && ! has_wheel .venv cyclonedds ">=11"; then
     echo "ROS 2 needs cyclonedds, which has no wheel for $("$python" -V) on this processor; set PYTHON to another" >&2
     exit 2
 fi
-install_voz .venv "$extra" & # beside PyTorch, if that is wanted
-voz=$!
-trap 'kill "$voz" 2>/dev/null || true' EXIT
 
 # PyTorch is large and only for teaching, and has an environment of its own. PyTorch's own address has a
 # build for processors alone, 200 MB; where that cannot be reached, PyPI's may bring several GB for GPUs.
 torch=torch==2.13.0
-if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
+install_torch() {
     [ -x .venv-training/bin/python ] || "$python" -m venv .venv-training
     if ! .venv-training/bin/python -c "import torch" 2>/dev/null; then
         echo "Installing PyTorch into .venv-training"
@@ -136,8 +123,44 @@ if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
             pip_install .venv-training "$torch"
     fi
     install_voz .venv-training "[training]"
+}
+
+# The real rclpy, to compare ROS 2 with: unofficial wheels, for x86-64 only, and in an environment of
+# their own. Elsewhere the header of the test run says that this comparison is not made.
+rclpy=9.1.2
+install_rclpy() {
+    stamp=".venv-rclpy/installed-$rclpy-with-nav"
+    [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ] || return 0
+    echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
+    "$python" -m venv .venv-rclpy
+    pip_install .venv-rclpy --prefer-binary \
+        "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs \
+        ros-nav-msgs
+    touch "$stamp"
+}
+
+# Packages of Python beside those of the system: each takes a minute or more.
+install_voz .venv "$extra" &
+voz=$!
+others=
+if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
+    (
+        install_torch
+        [ "$1" = training ] || install_rclpy
+    ) &
+    others=$!
 fi
+# shellcheck disable=SC2086 # there may be none
+trap 'kill "$voz" $others 2>/dev/null || true' EXIT
+
+broker=/usr/sbin/mosquitto
+[ ! -x $broker ] || broker=
+install_packages "$packages" "$why"
+# Debian starts the broker that it installs; the tests start their own.
+[ ! -x "$broker" ] || $sudo systemctl disable --quiet --now mosquitto 2>/dev/null || true
+
 wait "$voz"
+[ -z "$others" ] || wait "$others"
 trap - EXIT
 
 # Install what a folder of tests has from npm, if a package of it is missing.
@@ -163,17 +186,4 @@ if [ -n "$ros1" ]; then
     # rospy is there for the system's Python alone, and its own environment sees it.
     [ -x .venv-ros1/bin/python ] || /usr/bin/python3 -m venv --system-site-packages .venv-ros1
     install_voz .venv-ros1 ""
-fi
-
-# The real rclpy, to compare ROS 2 with: unofficial wheels, for x86-64 only, and in an environment of
-# their own. Elsewhere the header of the test run says that this comparison is not made.
-rclpy=9.1.2
-stamp=".venv-rclpy/installed-$rclpy-with-nav"
-if [ "${1:-}" = tests ] && [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ]; then
-    echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
-    "$python" -m venv .venv-rclpy
-    pip_install .venv-rclpy --prefer-binary \
-        "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs \
-        ros-nav-msgs
-    touch "$stamp"
 fi

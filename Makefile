@@ -1,10 +1,10 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
-.PHONY: benchmark clean lowest hour
+.PHONY: benchmark clean lowest hour types counted
 
-# One process waits for most of its time: of the tests that need real seconds.
-SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 1))
+# The process of the tests that need real seconds waits for most of its time, and the others now and then.
+SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 2))
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control
 PURE = tests/robot/simulation tests/language tests/apps/evaluation tests/audio \
@@ -60,12 +60,17 @@ test: ## Install what the tests need, then check style and types and run all tes
 	@sh tools/install.sh tests
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync types counted
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --ignore=tests/control
+
+types:
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
 	.venv/bin/mypy examples
+
+counted:
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(COUNTED)
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --ignore=tests/control
 
 # The first numpy that is allowed loads more of itself than later ones. docopt has no wheel.
 lowest: ## Run the quick tests with the lowest versions of packages that pyproject.toml allows

@@ -1,4 +1,4 @@
-"""Which texts the network reads otherwise than the dictionary has them.
+"""Which English texts the network reads otherwise than the dictionary has them.
 
     python training/words.py FOLDER --network taught/best.npz > words.tsv
 
@@ -9,6 +9,7 @@ clips, the share of phones that are read wrongly, and the commonest reading.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -19,7 +20,7 @@ from jiwer import wer
 from loss import Phones
 from mixing import at_level
 from network import Network
-from speech import load_pools, read
+from speech import ENGLISH, load_pools, read, sounds_of
 
 from voz.audio import SAMPLE_RATE
 from voz.cli.text_io import with_bar
@@ -35,10 +36,11 @@ def words(
 ) -> None:
     """Print how far the network's reading of each text is from the dictionary's."""
     pool, held_back = load_pools([folder])
-    clips = [clip for group in (*pool.groups, held_back) for clip in group if clip.phones]
+    every = chain(*pool.groups, held_back)
+    clips = [clip for clip in every if clip.phones and clip.language == ENGLISH]
     file = read_network(network)
     loaded = Network(file.weights).eval()
-    phones = Phones(file.description.symbols, torch.device("cpu"))
+    phones = Phones(file.description.symbols, sounds_of(ENGLISH), torch.device("cpu"))
     readings: dict[str, list[str]] = defaultdict(list)
     for clip in with_bar(clips, "Reading"):
         sound = np.pad(at_level(read(clip.path)), PADDING_SAMPLES)

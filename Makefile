@@ -3,8 +3,8 @@
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures promises constraints
 .PHONY: benchmark clean lowest hour types counted
 
-# The process of the tests that need real seconds waits for most of its time, and the others now and then.
-SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 2))
+# One process waits for most of its time: of the tests that need real seconds.
+SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n $$(($(shell getconf _NPROCESSORS_ONLN) + 1))
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control
 PURE = tests/robot/simulation tests/language tests/apps/evaluation tests/audio \

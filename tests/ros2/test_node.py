@@ -40,11 +40,14 @@ def malformed() -> Iterator[bytes]:
         yield chance.randbytes(chance.randrange(800))
 
 
-def test_a_node_left_in_a_circle_of_objects_is_gone_and_the_domain_can_be_joined_again() -> None:
-    circle: list[Any] = [Ros2Node(Ros2())]
-    circle.append(circle)
-    del circle
-    gc.collect()
+def test_nodes_left_in_a_circle_of_objects_are_gone_and_the_domain_can_be_joined_again() -> None:
+    for _ in range(10):
+        circle: list[Any] = []
+        for node in (Ros2Node(Ros2()), Ros2Node(Ros2())):
+            circle += [node.reader("odom", msg.Odometry), node.writer("odom", msg.Odometry)]
+        circle.append(circle)
+        del circle, node
+        gc.collect()
     Ros2Node(Ros2())
 
 

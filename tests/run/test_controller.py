@@ -11,6 +11,7 @@ from functools import partial
 
 import pytest
 from msgspec.structs import replace
+from programs import wait_until
 
 import voz
 from voz.config import Config
@@ -158,17 +159,26 @@ class Wheels(voz.Robot):
         self.is_open = False
 
 
-def said(*texts: str, pause: float = 0.3) -> Iterator[voz.Utterance]:
+def said(*texts: str, to: Wheels | None = None) -> Iterator[voz.Utterance]:
+    """Commands; the next comes, or none more, when a robot drives otherwise, or after 0.3 s."""
     for number, text in enumerate(texts):
+        before = {(0.0, 0.0), *to.velocities} if to else set()
         yield voz.Utterance(number, text, 1.0, True, number, number, "test")
-        time.sleep(pause)
+        if to:
+            wait_until(partial(drives_otherwise, to, before))
+        else:
+            time.sleep(0.3)
+
+
+def drives_otherwise(robot: Wheels, before: set[tuple[float, float]]) -> bool:
+    return not before.issuperset(robot.velocities)
 
 
 def test_utterances_drive_a_robot_and_it_stands_when_they_end() -> None:
     robot = Wheels()
     with voz.Controller(robot, listening=True) as controller:
         assert robot.is_open
-        controller.run(said("go forward"))
+        controller.run(said("go forward", to=robot))
     assert (0.1, 0.0) in robot.velocities
     assert robot.commands == ["go forward"]
     assert robot.velocities[-1] == (0.0, 0.0)
@@ -182,10 +192,10 @@ def test_a_robot_has_one_controller_at_a_time() -> None:
             voz.Controller(robot, listening=True).__enter__()
         assert robot.is_open
         with voz.Controller(Wheels()):
-            first.run(said("go forward"))
+            first.run(said("go forward", to=robot))
     assert (0.1, 0.0) in robot.velocities
     with voz.Controller(robot, listening=True) as second:
-        second.run(said("go back"))
+        second.run(said("go back", to=robot))
     assert (-0.1, 0.0) in robot.velocities
 
 
@@ -193,7 +203,7 @@ def test_commands_do_what_the_program_says() -> None:
     robot = Wheels()
     commands = {"fly": {"drive": 0.15}, "go back": {"rotate": 0.5}}
     with voz.Controller(robot, listening=True, commands=commands) as controller:
-        controller.run(said("fly", "go back"))
+        controller.run(said("fly", "go back", to=robot))
     moved = [velocity for velocity in dict.fromkeys(robot.velocities) if velocity != (0.0, 0.0)]
     assert moved == [(0.15, 0.0), (0.0, 0.5)]
 
@@ -205,7 +215,7 @@ def test_whatever_ends_the_utterances_stops_the_robot_and_is_raised(
     error: type[BaseException],
 ) -> None:
     def ending() -> Iterator[voz.Utterance]:
-        yield from said("go forward")
+        yield from said("go forward", to=robot)
         raise error
 
     robot = Wheels()
@@ -304,11 +314,15 @@ def test_a_robot_knows_where_it_is_and_that_it_is_lost() -> None:
         def lost(self) -> str | None:
             return "its cable is out" if (0.1, 0.0) in self.velocities else None
 
+    def until_told() -> Iterator[voz.Utterance]:
+        yield from said("go forward")
+        wait_until(lambda: any(isinstance(event, Notice) for event in events))
+
     asked: list[float] = []
     events: list[Event] = []
     with Controller(Cable(), listening=True) as controller:
         controller.receivers.append(events.append)
-        controller.run(said("go forward"))
+        controller.run(until_told())
     told = [event.text for event in events if isinstance(event, Notice)]
     assert told == ["the robot robot is lost (its cable is out): the robot stops"]
     assert asked
@@ -328,13 +342,14 @@ def test_a_forked_process_leaves_the_robot_to_the_one_that_it_comes_from(
 class Microphone:
     """Hears texts, after the robot's name, and nothing more."""
 
-    def __init__(self, recognizer: voz.Recognizer, *texts: str) -> None:
+    def __init__(self, recognizer: voz.Recognizer, *texts: str, to: Wheels | None = None) -> None:
         self.recognizer = recognizer
         self.is_closed = False
         self._texts = texts
+        self._robot = to
 
     def __iter__(self) -> Iterator[voz.Utterance]:
-        return (replace(each, named=True) for each in said(*self._texts))
+        return (replace(each, named=True) for each in said(*self._texts, to=self._robot))
 
     def close(self) -> None:
         self.is_closed = True
@@ -349,7 +364,7 @@ def test_a_microphone_brings_the_list_and_what_the_robot_is_called() -> None:
     robot = Wheels()
     commands = {"FLY": {"drive": 0.15}}
     with voz.Controller(robot, listening=True, commands=commands) as controller:
-        controller.run(Microphone(recognizer, "fly"))
+        controller.run(Microphone(recognizer, "fly", to=robot))
         assert controller.name == "hey robot"
         assert controller.state.rules.ask == "always"
     assert (0.15, 0.0) in robot.velocities

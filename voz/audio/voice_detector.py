@@ -100,7 +100,7 @@ class Silero:
         output = memory = np.zeros(LSTM_UNITS, np.float32)
         states = np.empty((len(gates), LSTM_UNITS), np.float32)
         for number, gate in enumerate(gates):
-            take, keep, new, tell = np.split(gate + output @ self._recurrent.weight, 4)
+            take, keep, new, tell = (gate + output @ self._recurrent.weight).reshape(4, -1)
             memory = _sigmoid(keep) * memory + _sigmoid(take) * np.tanh(new)
             output = states[number] = _sigmoid(tell) * np.tanh(memory)
         return states
@@ -164,8 +164,9 @@ def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
 
 def _with_neighbors(values: Floats, stride: int) -> Floats:
     """Join each time step of (blocks, time, channels) with the one before and after it."""
-    padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
-    count = values.shape[1]
+    blocks, count, channels = values.shape
+    padded = np.zeros((blocks, count + 2, channels), np.float32)  # np.pad takes three times as long
+    padded[:, 1:-1] = values
     three = [padded[:, shift : shift + count : stride] for shift in range(3)]
     return np.concatenate(three, axis=2)
 

